@@ -1,5 +1,6 @@
 //! `cargo fw`: builds the firmware with a compiler that can build it, and prints its size. `--board
 //! NAME` builds for another board than the Discovery, `--machine FILE` for the machine of a file.
+//! `--record` builds an image that reads its board from a record.
 //! `--run` also flashes the firmware and shows its log.
 use crate::{
     failure::Failure,
@@ -28,6 +29,8 @@ struct Request {
     board: Option<String>,
     /// A machine's file.
     machine: Option<String>,
+    /// Without pins: it reads its board from a record.
+    record: bool,
     /// Whether to flash the firmware and show its log.
     flashes: bool,
     /// The rest, for `cargo build`.
@@ -41,6 +44,7 @@ impl Request {
         while let Some(word) = words.next() {
             match word.as_str() {
                 "--run" => request.flashes = true,
+                "--record" => request.record = true,
                 "--board" => request.board = words.next().cloned(),
                 "--machine" => request.machine = words.next().cloned(),
                 other => request.others.push(other.to_owned()),
@@ -50,13 +54,18 @@ impl Request {
     }
 }
 
-/// Builds `board-f407`. The `arguments` go to `cargo build`, except `--run`, `--board` and
+/// Builds `board-f407`. The `arguments` go to `cargo build`, except `--run`, `--record`,
+/// `--board` and
 /// `--machine`.
 pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     let request = Request::read(arguments);
     let board = request.board.as_deref().map(place);
     let machine = request.machine.as_deref().map(place);
-    let variables = [(BOARD, board.as_deref()), (MACHINE, machine.as_deref())];
+    let variables = [
+        (BOARD, board.as_deref()),
+        (MACHINE, machine.as_deref()),
+        (RECORD, request.record.then_some("1")),
+    ];
     let variables = variables
         .iter()
         .filter_map(|(name, value)| Some((*name, (*value)?)));
@@ -104,6 +113,9 @@ pub(crate) const BOARD: &str = "LEADSCREW_BOARD";
 
 /// The variable that names the machine's file.
 pub(crate) const MACHINE: &str = "LEADSCREW_MACHINE";
+
+/// The variable that asks for an image which reads its board from a record.
+pub(crate) const RECORD: &str = "LEADSCREW_RECORD";
 
 /// The file of a machine of `examples/machines`.
 macro_rules! machine {

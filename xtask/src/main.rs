@@ -23,9 +23,10 @@ mod without_masking;
 use std::{env, process::ExitCode};
 
 const USAGE: &str = "usage: cargo xtask COMMAND
-    fw [--board NAME] [--run] [ARGUMENTS]
-                       build the firmware, for a board of crates/boards or a file that describes one; ARGUMENTS go to
-                       `cargo build`; --run flashes it and shows its log (probe-rs)
+    fw [--board NAME] [--record] [--run] [ARGUMENTS]
+                       build the firmware, for a board of crates/boards or a file that describes one; --record: without
+                       pins, it reads them from the board's record; ARGUMENTS go to `cargo build`; --run flashes it and
+                       shows its log (probe-rs)
     fw-test [NAME...]  run the firmware in an emulated STM32F407; --subset, --list, --costs,
                        --highest-rate, --rates, --planted; qemu: in QEMU instead
     hil --flash | --port NAME | --emulated | --planted | --wires

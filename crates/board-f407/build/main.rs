@@ -3,7 +3,8 @@
 //! `LEADSCREW_MACHINE` names a machine's file (`cargo fw --machine`). Without it, the board's file
 //! has axes and first settings. `LEADSCREW_BOARD` names the board: one of `crates/boards`, or a
 //! file (`cargo fw --board`). Without it, it is the one that the machine's file names, or else the
-//! Discovery.
+//! Discovery. With `LEADSCREW_RECORD` (`cargo fw --record`) the image has no pins, and reads them
+//! from the board's record.
 mod extensions;
 mod machine;
 
@@ -20,7 +21,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-changed=memory");
     println!("cargo:rerun-if-env-changed=LEADSCREW_BOARD");
     println!("cargo:rerun-if-env-changed=LEADSCREW_MACHINE");
-    println!("cargo:rustc-check-cfg=cfg(captures, heaters, outputs, tool_switches)");
+    println!("cargo:rerun-if-env-changed=LEADSCREW_RECORD");
+    println!("cargo:rustc-check-cfg=cfg(captures, heaters, outputs, record, tool_switches)");
     if env::var("CARGO_CFG_TARGET_OS")? != "none" {
         return Ok(());
     }
@@ -31,6 +33,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let machine = env::var_os("LEADSCREW_MACHINE").map(PathBuf::from);
     let machine = machine.map(|file| Machine::load(&file)).transpose()?;
     let board = board(machine.as_ref())?;
+    if env::var_os("LEADSCREW_RECORD").is_some() {
+        return for_record(&board, machine.is_some());
+    }
     let (board, machine) = match &machine {
         None => (board.bare(), board.machine_module()),
         Some(machine) => for_machine(&board, machine)?,
@@ -38,12 +43,31 @@ fn main() -> Result<(), Box<dyn Error>> {
     if !board.captures().is_empty() {
         println!("cargo:rustc-cfg=captures");
     }
+    write(&(machine + &board.pins_module()), &board.memory())
+}
+
+/// Writes the board's module and the linker's memory to where the compiler looks for them.
+fn write(module: &str, memory: &str) -> Result<(), Box<dyn Error>> {
     let out = PathBuf::from(env::var("OUT_DIR")?);
-    fs::write(out.join("board.rs"), machine + &board.pins_module())?;
-    let memory = board.memory() + &fs::read_to_string("memory/fast.x")?;
+    fs::write(out.join("board.rs"), module)?;
+    let memory = memory.to_owned() + &fs::read_to_string("memory/fast.x")?;
     fs::write(out.join("memory.x"), memory)?;
     println!("cargo:rustc-link-search={}", out.display());
     Ok(())
+}
+
+/// An image that reads its board from a record: of the board only its motors and its start count.
+fn for_record(board: &Board, has_machine: bool) -> Result<(), Box<dyn Error>> {
+    if has_machine || !board.captures().is_empty() {
+        return Err(
+            "a machine's file, and a board that captures its own edges, are compiled in: without --record".into(),
+        );
+    }
+    let memory = board
+        .record_memory()
+        .ok_or("the board has no sector for its record, or no room for the program behind it")?;
+    println!("cargo:rustc-cfg=record");
+    write(&board.shape_module(), &memory)
 }
 
 /// A machine's file.

@@ -1,5 +1,5 @@
 //! The board under the machine: slow pins and serial output.
-use crate::{clock, profile::PROFILE, pwm, serial, step_port, switches};
+use crate::{clock, profile, pwm, serial, step_port, switches};
 use leadscrew_f407_usb as usb;
 use leadscrew_machine::board::{
     Board, ChannelId, CoolantOutput, Duration, Instant, PortConfig, SpindleOutput, Switches,
@@ -13,6 +13,10 @@ pub(crate) struct F407 {
     usb: usb::Writer,
     /// Level of the enable pins that lets the motors go: `$4`.
     motors_off: bool,
+    power: pwm::Channel,
+    /// Why it can move nothing.
+    #[cfg(record)]
+    locked: Option<&'static str>,
 }
 
 impl F407 {
@@ -22,8 +26,21 @@ impl F407 {
             serial,
             usb,
             motors_off: true,
+            power: pwm::Channel::new(),
+            #[cfg(record)]
+            locked: None,
         }
     }
+
+    /// Moves nothing, where there is a reason.
+    #[cfg(record)]
+    pub(crate) fn lock(&mut self, why: Option<&'static str>) {
+        self.locked = why;
+    }
+
+    /// A board whose pins are compiled in has no reason.
+    #[cfg(not(record))]
+    pub(crate) fn lock(&mut self, _: Option<&'static str>) {}
 }
 
 impl F407 {
@@ -62,7 +79,7 @@ impl Board for F407 {
     }
 
     fn enable_motors(&mut self, on: bool) {
-        for pin in PROFILE.enables {
+        for pin in profile::enables() {
             pin.make_output(on != self.motors_off);
         }
     }
@@ -73,24 +90,31 @@ impl Board for F407 {
             SpindleOutput::Clockwise => (true, false),
             SpindleOutput::CounterClockwise => (true, true),
         };
-        if let Some(pin) = PROFILE.spindle_reverse {
+        let [forward, backward] = profile::spindle();
+        if let Some(pin) = backward {
             pin.switch(reverse);
         }
-        if let Some(pin) = PROFILE.spindle {
+        if let Some(pin) = forward {
             pin.switch(on);
         }
     }
 
     fn set_power(&mut self, power: Power) {
-        pwm::set(power);
+        self.power.set(power);
     }
 
     fn set_coolant(&mut self, output: CoolantOutput) {
-        for (pin, on) in [(PROFILE.flood, output.flood), (PROFILE.mist, output.mist)] {
+        let [flood, mist] = profile::coolant();
+        for (pin, on) in [(flood, output.flood), (mist, output.mist)] {
             if let Some(pin) = pin {
                 pin.switch(on);
             }
         }
+    }
+
+    #[cfg(record)]
+    fn locked(&self) -> Option<&'static str> {
+        self.locked
     }
 
     fn configure(&mut self, port: &PortConfig) {

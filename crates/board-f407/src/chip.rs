@@ -17,6 +17,26 @@ pub(crate) enum Bank {
     G,
 }
 
+impl Bank {
+    /// The port of a number, 0 for A to 6 for G; G where it is larger.
+    pub(crate) const fn numbered(number: u8) -> Self {
+        match number {
+            0 => Self::A,
+            1 => Self::B,
+            2 => Self::C,
+            3 => Self::D,
+            4 => Self::E,
+            5 => Self::F,
+            6.. => Self::G,
+        }
+    }
+
+    /// Where its registers begin, from those of port A (RM0090 section 2.3).
+    pub(crate) const fn offset(self) -> u32 {
+        0x400 * self as u32
+    }
+}
+
 /// A USART of a serial line.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Usart {
@@ -27,13 +47,15 @@ pub(crate) enum Usart {
 }
 
 /// A timer that can drive a power pin. The chip's other timers have a task already, or no pin of
-/// their own.
+/// their own. As a number: the place of its registers, in 0x400 from 0x40000000 on (RM0090 section
+/// 2.3).
 #[derive(Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
 pub(crate) enum Timer {
-    Tim1,
-    Tim3,
-    Tim4,
-    Tim8,
+    Tim1 = 0x40,
+    Tim3 = 0x01,
+    Tim4 = 0x02,
+    Tim8 = 0x41,
     /// Channels 1 and 2.
-    Tim9,
+    Tim9 = 0x50,
 }

@@ -1,5 +1,5 @@
 //! The sources of the clocks, and the time.
-use crate::{profile::PROFILE, registers::clock_timer, wake::wake};
+use crate::{profile, registers::clock_timer, wake::wake};
 use leadscrew_machine::board::Instant;
 use stm32f4::stm32f407::{rcc, PWR, RCC, TIM5};
 use stm32f4xx_hal::{
@@ -45,7 +45,7 @@ pub(crate) fn start(rcc: RCC, power: &PWR) -> (Rcc, Source) {
     power.cr().modify(|_, w| w.vos().scale1());
     let source = find_source(&rcc);
     let config = match source {
-        Source::Crystal => Config::hse(Hertz::from_raw(PROFILE.crystal_hz)).require_pll48clk(),
+        Source::Crystal => Config::hse(Hertz::from_raw(profile::crystal_hz())).require_pll48clk(),
         Source::Internal => Config::hsi(),
     };
     let rcc = rcc.freeze(
@@ -80,8 +80,11 @@ fn use_internal_oscillator(rcc: &RCC) {
     while rcc.cr().read().pllrdy().is_ready() {}
 }
 
-/// Looks whether the crystal starts: the HAL would wait for it for ever.
+/// Looks whether the crystal starts, where there is one: the HAL would wait for it for ever.
 fn find_source(rcc: &RCC) -> Source {
+    if profile::crystal_hz() == 0 {
+        return Source::Internal;
+    }
     rcc.cr().modify(|_, w| w.hseon().on());
     if (0..PATIENCE).any(|_| rcc.cr().read().hserdy().is_ready()) {
         Source::Crystal

@@ -26,8 +26,13 @@ macro_rules! placed {
 }
 pub(crate) use placed;
 
+#[cfg(record)]
+use leadscrew_record::{SLOT, SLOTS};
+
 extern "C" {
     static __vector_table: u32;
+    #[cfg(record)]
+    static __record: [[u8; SLOT]; SLOTS];
     static __fast_vectors: u32;
     static __fast_code_load: u32;
     static __fast_code: u32;
@@ -64,6 +69,19 @@ pub(crate) fn load(syscfg: &SYSCFG, scb: &mut SCB) {
     unsafe { scb.vtor.write(addr_of!(__fast_vectors) as u32) };
     asm::dsb();
     asm::isb();
+}
+
+/// The bytes at a place of the board's record, 0 to 7. Nobody writes those of a record in force.
+#[cfg(record)]
+pub(crate) fn record(place: usize) -> &'static [u8; SLOT] {
+    // SAFETY: the linker has kept this sector of the flash for it; any bytes are bytes.
+    unsafe { &(*addr_of!(__record))[place % SLOTS] }
+}
+
+/// Where the image begins.
+#[cfg(record)]
+pub(crate) fn start() -> usize {
+    addr_of!(__vector_table) as usize
 }
 
 /// Copies words to the place that `to` names after the remapping.

@@ -3,7 +3,7 @@ use crate::{
     board::F407,
     clock::{self, Clock, Source},
     fast_memory,
-    profile::{self, config, kinematics, own, Kinematics, Own, AXES, MOTORS, MOVES, PROFILE},
+    profile::{self, config, kinematics, own, Defaults, Kinematics, Own, AXES, MOTORS, MOVES},
     pwm, restart,
     serial::{self, Listener, Sender, Writer},
     settings_flash::Sectors,
@@ -52,7 +52,7 @@ fn switch_on_clocks(rcc: &RCC) {
 fn log_start(source: Source, reason: restart::Reason) {
     defmt::info!(
         "leadscrew on {=str}, clock: {}, restarted: {}",
-        PROFILE.name,
+        profile::name(),
         source,
         reason
     );
@@ -105,9 +105,11 @@ mod app {
         usb_place: usb::Place = usb::Place::new(),
         #[allow(unsafe_code)] #[link_section = ".bss.ccm.machine"]
         place: MaybeUninit<TheMachine> = MaybeUninit::uninit(),
+        defaults: Defaults = Defaults::new(),
     ])]
     fn init(cx: init::Context) -> (SharedResources, Local) {
         let (device, mut core) = (cx.device, cx.core);
+        let refusal = profile::find(cx.local.defaults);
         serial::enable(&device.RCC);
         switch_on_clocks(&device.RCC);
         fast_memory::load(&device.SYSCFG, &mut core.SCB);
@@ -135,14 +137,20 @@ mod app {
             inputs: &INPUTS,
             inboxes: inboxes.collect(),
         };
-        let Ok(machine) = Machine::with_extension(config(), kinematics(), links, own()) else {
+        let Ok(machine) =
+            Machine::with_extension(config(cx.local.defaults), kinematics(), links, own())
+        else {
             panic!("nothing can be planned with this profile");
         };
         let machine = cx.local.place.write(machine);
         let mut store = Sectors::new(device.FLASH);
-        load_settings(machine, &mut store);
+        // Without a record nobody knows which sectors are theirs.
+        if refusal.is_none() {
+            load_settings(machine, &mut store);
+        }
         let mut board = F407::new(Writer::new(), usb::Writer::new(usb_outgoing));
-        board.say(source.text());
+        board.lock(refusal);
+        board.say(source.text().filter(|_| profile::crystal_hz() != 0));
         board.say(reason.text());
         watchdog::start(&device.DBGMCU);
         let listener = Listener::new(device.TIM7, receiver);

@@ -8,6 +8,9 @@ use crate::{
     registers::{port, Word},
 };
 
+#[cfg(record)]
+pub(crate) use crate::registers::AnyPort;
+
 impl Bank {
     /// The levels at its pins, one bit a pin. Any context.
     #[inline(always)]
@@ -20,6 +23,21 @@ impl Bank {
     #[inline(always)]
     pub(crate) fn write(self, word: u32) {
         port(self).bsrr().put(word);
+    }
+}
+
+#[cfg(record)]
+impl AnyPort {
+    /// As [`Bank::levels`].
+    #[inline(always)]
+    pub(crate) fn levels(&self) -> u32 {
+        self.registers().idr().read().bits()
+    }
+
+    /// As [`Bank::write`].
+    #[inline(always)]
+    pub(crate) fn write(&self, word: u32) {
+        self.registers().bsrr().put(word);
     }
 }
 

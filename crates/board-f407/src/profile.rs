@@ -1,125 +1,28 @@
-//! The parts of a board. `build.rs` makes a board's table from its file (`crates/boards`); this
-//! module has the types.
+//! The parts of a board, where they come from, and what no board chooses.
+//!
+//! | image | pins | module |
+//! |---|---|---|
+//! | `cargo fw` | compiled in, from the board's file (`crates/boards`) | `wired` |
+//! | `cargo fw --record` | in the board's record in flash (`crates/record`) | `recorded` |
+//!
+//! Both modules answer the same questions.
 use crate::{
-    chip::{Bank, Timer, Usart},
-    gpio::{Input, Output, Pin, Pull, Speed},
-};
-use leadscrew_machine::config::MachineConfig;
-
-/// The board that the firmware is built for.
-mod selected {
-    use super::{MotorPins, PowerPin, Profile, SerialPins};
-    use crate::chip::{Bank, Timer, Usart};
-    use crate::gpio::Pin;
-    use crate::sector::Sector;
-    use leadscrew_machine::{config::MachineConfig, settings::values::Entry};
-
-    include!(concat!(env!("OUT_DIR"), "/board.rs"));
-}
-
-pub(crate) use selected::{
-    kinematics, own, Kinematics, Own, AXES, MOTORS, PROFILE, SETTINGS_SECTORS,
+    chip::Bank,
+    gpio::{Pin, Pull, Speed},
 };
 
-#[cfg(captures)]
-pub(crate) use selected::CAPTURES;
-#[cfg(heaters)]
-pub(crate) use selected::{HEATER_FAULT, SENSORS};
+#[cfg(record)]
+mod recorded;
+#[cfg(not(record))]
+mod wired;
 
-/// The profile's machine, with the options that the board has pins for. `LEADSCREW_TICK_NS`, where
-/// it is set when the firmware is built, is the least time between ticks: to find out how fast the
-/// board can step.
-pub(crate) const fn config() -> MachineConfig<AXES> {
-    let mut config = selected::config();
-    config.options.door = PROFILE.door.is_some();
-    config.options.mist = PROFILE.mist.is_some();
-    if let Some(tick_ns) = number(option_env!("LEADSCREW_TICK_NS")) {
-        config.step_timing.tick_ns = tick_ns;
-    }
-    config
-}
+#[cfg(record)]
+pub(crate) use recorded::*;
+#[cfg(not(record))]
+pub(crate) use wired::*;
 
 /// Moves planned ahead. The self-test's short jobs leave their room to captured edges.
 pub(crate) const MOVES: usize = if cfg!(captures) { 256 } else { 1024 };
-
-/// A board: its pins and its crystal.
-pub(crate) struct Profile {
-    /// For the log.
-    pub(crate) name: &'static str,
-    /// Frequency of the crystal in Hz.
-    pub(crate) crystal_hz: u32,
-    /// The serial line.
-    pub(crate) serial: SerialPins,
-    /// Step and direction of each motor.
-    pub(crate) motors: [MotorPins; MOTORS],
-    /// All motors are enabled by these; which level does it is a setting (`$4`).
-    pub(crate) enables: &'static [Pin],
-    /// Laser or spindle power.
-    pub(crate) power: PowerPin,
-    /// Spindle on.
-    pub(crate) spindle: Option<Output>,
-    /// Spindle counter-clockwise.
-    pub(crate) spindle_reverse: Option<Output>,
-    /// Flood coolant.
-    pub(crate) flood: Option<Output>,
-    /// Mist coolant.
-    pub(crate) mist: Option<Output>,
-    /// Outputs that are always high.
-    pub(crate) high: &'static [Pin],
-    /// Limit switches, one input a motor.
-    pub(crate) limits: [Option<Input>; MOTORS],
-    /// Probe.
-    pub(crate) probe: Option<Input>,
-    /// Reset button.
-    pub(crate) reset: Option<Input>,
-    /// Feed hold button.
-    pub(crate) hold: Option<Input>,
-    /// Cycle start button.
-    pub(crate) start: Option<Input>,
-    /// Safety door.
-    pub(crate) door: Option<Input>,
-    /// The outputs of M62 to M65.
-    pub(crate) synchronised: &'static [Output],
-    /// The switches of heaters.
-    pub(crate) heaters: &'static [Output],
-    /// The relay that supplies all heaters.
-    pub(crate) heater_supply: Option<Output>,
-    /// A fan.
-    pub(crate) fan: Option<Output>,
-}
-
-/// Pins of the USART.
-pub(crate) struct SerialPins {
-    pub(crate) usart: Usart,
-    pub(crate) transmit: Pin,
-    pub(crate) receive: Pin,
-}
-
-/// A motor driver's pins.
-#[derive(Clone, Copy)]
-pub(crate) struct MotorPins {
-    pub(crate) step: Pin,
-    pub(crate) direction: Pin,
-}
-
-impl MotorPins {
-    /// Names both.
-    pub(crate) const fn new(step: Pin, direction: Pin) -> Self {
-        Self { step, direction }
-    }
-}
-
-/// The pin that a timer's channel modulates.
-pub(crate) struct PowerPin {
-    pub(crate) pin: Pin,
-    /// Number of the timer's function in the data sheet's table 9.
-    pub(crate) function: u8,
-    pub(crate) timer: Timer,
-    /// 1 to 4.
-    pub(crate) channel: u8,
-    /// Frequency in Hz, 50 to 100 000, unless the build names another ([`POWER_HZ`]).
-    pub(crate) frequency: u32,
-}
 
 /// Hands PA11 and PA12 to the USB controller: they are the same on every board, and no profile
 /// names them.
@@ -138,13 +41,6 @@ pub(crate) const BAUD: u32 = match number(option_env!("LEADSCREW_BAUD")) {
     None => 115_200,
 };
 
-/// Frequency of laser or spindle power in Hz, 50 to 100 000: the profile's, or the value of
-/// `LEADSCREW_POWER_HZ` at build time.
-pub(crate) const POWER_HZ: u32 = match number(option_env!("LEADSCREW_POWER_HZ")) {
-    Some(hz) => hz,
-    None => PROFILE.power.frequency,
-};
-
 /// The number that a variable of the build holds, if it is there.
 const fn number(text: Option<&str>) -> Option<u32> {
     match text {
@@ -154,26 +50,4 @@ const fn number(text: Option<&str>) -> Option<u32> {
         },
         None => None,
     }
-}
-
-/// The ports of pins, each once, in the order in which they come first; how many they are.
-pub(crate) const fn banks<const N: usize>(pins: [Pin; N]) -> ([Bank; N], usize) {
-    let (mut banks, mut count, mut pin) = ([Bank::A; N], 0, 0);
-    while pin < N {
-        if index_of(&banks, count, pins[pin].bank) == count {
-            banks[count] = pins[pin].bank;
-            count += 1;
-        }
-        pin += 1;
-    }
-    (banks, count)
-}
-
-/// Where `bank` stands among the first `count`; `count` where it does not.
-pub(crate) const fn index_of<const N: usize>(banks: &[Bank; N], count: usize, bank: Bank) -> usize {
-    let mut place = 0;
-    while place < count && banks[place] as u8 != bank as u8 {
-        place += 1;
-    }
-    place
 }

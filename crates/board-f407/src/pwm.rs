@@ -12,17 +12,28 @@
 //! counts at once as well, without preload: with it, a pixel that is shorter than a period would
 //! get what the one before had. The manual guarantees that in one-pulse mode only (section 18.4.7,
 //! OC1PE): where a chip does otherwise, a level comes a period late at most.
+//!
+//! A board has one such channel (`wired`, `recorded`).
+#[cfg(record)]
+mod recorded;
+#[cfg(not(record))]
+mod wired;
+
 use crate::{
     chip::Timer,
     clock::{self, APB1_TIMER_HZ},
     fast_memory::placed,
     gpio::Pull,
-    profile::{PowerPin, POWER_HZ, PROFILE},
     registers::{power_timer, Word},
 };
 use core::sync::atomic::{AtomicU8, Ordering::Relaxed};
-use leadscrew_stepper::{Power, PowerScale};
+use leadscrew_stepper::Power;
 use stm32f4::stm32f407::RCC;
+
+#[cfg(record)]
+pub(crate) use recorded::Channel;
+#[cfg(not(record))]
+pub(crate) use wired::Channel;
 
 impl Timer {
     /// Counts in a second: TIM1, TIM8 and TIM9 are on APB2.
@@ -46,37 +57,42 @@ impl Timer {
     }
 }
 
-const OUTPUT: &PowerPin = &PROFILE.power;
 /// Counts in a period before the timer's clock is divided.
-const CYCLES: u32 = {
-    assert!(50 <= POWER_HZ && POWER_HZ <= 100_000);
-    OUTPUT.timer.hz() / POWER_HZ
-};
+const fn cycles(timer: Timer, hz: u32) -> u32 {
+    timer.hz() / hz
+}
+
 /// Divides the timer's clock so far that a period fits 16 bits.
-const PRESCALER: u32 = CYCLES.div_ceil(0xFFFF);
+const fn prescaler(cycles: u32) -> u32 {
+    cycles.div_ceil(0xFFFF)
+}
+
 /// Counts in a period: the number of levels above off.
-const PERIOD: u16 = (CYCLES / PRESCALER) as u16;
-/// The channel, from 0.
-const CHANNEL: usize = {
-    assert!(1 <= OUTPUT.channel && OUTPUT.channel <= 4);
-    OUTPUT.channel as usize - 1
-};
+const fn period(cycles: u32) -> u16 {
+    (cycles / prescaler(cycles)) as u16
+}
 
 /// Starts the timer with the output off, and hands it the pin.
 pub(crate) fn start(rcc: &RCC) {
-    OUTPUT.timer.enable(rcc);
-    let timer = power_timer(OUTPUT.timer);
-    timer.psc().write(|w| w.psc().set((PRESCALER - 1) as u16));
-    timer.arr().write(|w| w.arr().set(PERIOD - 1));
-    Mode::Off.begin();
+    let (kind, number) = Channel::place();
+    kind.enable(rcc);
+    let timer = power_timer(kind);
+    let cycles = Channel::cycles();
+    timer
+        .psc()
+        .write(|w| w.psc().set((prescaler(cycles) - 1) as u16));
+    timer.arr().write(|w| w.arr().set(period(cycles) - 1));
+    Channel::new().begin(Mode::Off);
     // The channel's enable bit, active high.
-    timer.ccer().put(1 << (4 * CHANNEL));
+    timer.ccer().put(1 << (4 * number));
     timer.egr().write(|w| w.ug().update());
-    if matches!(OUTPUT.timer, Timer::Tim1 | Timer::Tim8) {
+    if matches!(kind, Timer::Tim1 | Timer::Tim8) {
         timer.bdtr().write(|w| w.moe().enabled());
     }
     timer.cr1().write(|w| w.cen().enabled().arpe().enabled());
-    OUTPUT.pin.make_alternate(OUTPUT.function, Pull::Down);
+    if let Some((pin, function)) = Channel::pin() {
+        pin.make_alternate(function, Pull::Down);
+    }
 }
 
 /// The mode of the channel (TIMx_CCMRx.OCxM, RM0090 section 18.4.7).
@@ -91,20 +107,6 @@ enum Mode {
     Pwm = 0b110,
 }
 
-impl Mode {
-    /// Puts the mode into effect: two channels a register, of which the other is not in use.
-    #[inline(always)]
-    fn begin(self) {
-        let bits = (self as u32) << (8 * (CHANNEL % 2) + 4);
-        let timer = power_timer(OUTPUT.timer);
-        if CHANNEL < 2 {
-            timer.ccmr1_output().put(bits);
-        } else {
-            timer.ccmr2_output().put(bits);
-        }
-    }
-}
-
 placed! { ".bss.ccm.lit";
     /// 1 while the channel makes PWM: a byte, which a tick compares as it is. It is cleared before
     /// the output is forced low, and looked at again once the channel makes PWM: whoever is
@@ -116,47 +118,48 @@ placed! { ".bss.ccm.lit";
 /// meanwhile, or a switch has shut the gate: that stays dark. `is_shut` asks the gate, after the
 /// work. Main loop, at rest.
 pub(crate) fn off_during<T>(work: impl FnOnce() -> T, is_shut: impl FnOnce() -> bool) -> T {
-    Mode::Off.begin();
+    let channel = Channel::new();
+    channel.begin(Mode::Off);
     let done = work();
     if is_shut() {
         LIT.store(0, Relaxed);
     } else if LIT.load(Relaxed) != 0 {
-        light();
+        channel.light();
     }
     done
 }
 
-/// Sets the power at once. Step interrupt; main loop at rest; switch interrupts where steps are
-/// stopped.
-#[inline]
-pub(crate) fn set(power: Power) {
-    const SCALE: PowerScale = PowerScale::new(PERIOD);
-    // At most the period.
-    let level = power.level(SCALE) as u16;
-    let compare = power_timer(OUTPUT.timer).ccr(CHANNEL);
-    compare.write(|w| w.ccr().set(level));
-    let lit = u8::from(level != 0);
-    if LIT.load(Relaxed) != lit {
-        switch(lit);
+impl Channel {
+    /// Sets the power at once. Step interrupt; main loop at rest; switch interrupts where steps are
+    /// stopped.
+    #[inline]
+    pub(crate) fn set(&self, power: Power) {
+        // At most the period.
+        let level = power.level(self.scale()) as u16;
+        self.compare().write(|w| w.ccr().set(level));
+        let lit = u8::from(level != 0);
+        if LIT.load(Relaxed) != lit {
+            self.switch(lit);
+        }
     }
-}
 
-#[cold]
-#[inline(never)]
-fn switch(lit: u8) {
-    LIT.store(lit, Relaxed);
-    if lit != 0 {
-        light();
-    } else {
-        Mode::Off.begin();
+    #[cold]
+    #[inline(never)]
+    fn switch(&self, lit: u8) {
+        LIT.store(lit, Relaxed);
+        if lit != 0 {
+            self.light();
+        } else {
+            self.begin(Mode::Off);
+        }
     }
-}
 
-/// Lets PWM begin at once, from an output that is forced low.
-fn light() {
-    Mode::Frozen.begin();
-    Mode::Pwm.begin();
-    if LIT.load(Relaxed) == 0 {
-        Mode::Off.begin();
+    /// Lets PWM begin at once, from an output that is forced low.
+    fn light(&self) {
+        self.begin(Mode::Frozen);
+        self.begin(Mode::Pwm);
+        if LIT.load(Relaxed) == 0 {
+            self.begin(Mode::Off);
+        }
     }
 }

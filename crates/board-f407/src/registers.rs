@@ -10,13 +10,15 @@ use core::sync::atomic::{AtomicU16, AtomicU8};
 use stm32f4::{
     stm32f407::{
         dma2, exti, flash, gpioi, iwdg, syscfg, tim1, tim11, tim2, tim5, usart1, DMA1, DMA2, GPIOA,
-        IWDG, TIM1, TIM11, TIM2, TIM3, TIM4, TIM5, TIM8, TIM9, USART1, USART2,
+        IWDG, TIM11, TIM2, TIM5, USART1, USART2,
     },
     Readable, Reg, RegisterSpec, Resettable, Writable,
 };
 
-#[cfg(captures)]
+#[cfg(any(captures, record))]
 use core::sync::atomic::AtomicU32;
+#[cfg(record)]
+use core::sync::atomic::Ordering::Relaxed;
 #[cfg(heaters)]
 use stm32f4::stm32f407::{adc1, adc_common, ADC1, ADC_COMMON};
 
@@ -27,6 +29,8 @@ pub(crate) trait Harmless: Writable + Resettable {}
 // Ports (RM0090 sections 8.4.1 to 8.4.10), lines of EXTI (12.3) and their ports (9.2.3 to 9.2.6).
 impl Harmless for gpioi::moder::MODERrs {}
 impl Harmless for gpioi::ospeedr::OSPEEDRrs {}
+#[cfg(record)]
+impl Harmless for gpioi::otyper::OTYPERrs {}
 impl Harmless for gpioi::pupdr::PUPDRrs {}
 impl Harmless for gpioi::bsrr::BSRRrs {}
 impl Harmless for gpioi::afrl::AFRLrs {}
@@ -91,24 +95,73 @@ impl<S: Harmless> Word<S> for Reg<S> {
 
 /// A port's registers.
 pub(crate) fn port(bank: Bank) -> &'static gpioi::RegisterBlock {
-    let address = GPIOA::ptr() as usize + 0x400 * bank as usize;
+    let address = GPIOA::ptr() as usize + bank.offset() as usize;
     // SAFETY: the ports' registers lie 0x400 apart from GPIOA on, and differ in their reset values
     // only.
     unsafe { &*(address as *const gpioi::RegisterBlock) }
 }
 
+/// A port in a table that is filled at start-up; port A until then. As the offset of its registers
+/// from those of port A: zeroed memory is one, and a tick has nothing to check.
+#[cfg(record)]
+pub(crate) struct AnyPort(AtomicU32);
+
+#[cfg(record)]
+impl AnyPort {
+    pub(crate) const fn new() -> Self {
+        Self(AtomicU32::new(0))
+    }
+
+    /// Makes it another port. Main loop.
+    pub(crate) fn set(&self, bank: Bank) {
+        self.0.store(bank.offset(), Relaxed);
+    }
+
+    /// Its registers.
+    #[inline(always)]
+    pub(crate) fn registers(&self) -> &'static gpioi::RegisterBlock {
+        let address = GPIOA::ptr() as usize + self.0.load(Relaxed) as usize;
+        // SAFETY: as `port`: nobody but `set` writes the offset, which is 0 before.
+        unsafe { &*(address as *const gpioi::RegisterBlock) }
+    }
+}
+
 /// The timer of the power. TIM1 and TIM8 have all registers, the others those that they have at the
 /// same offsets (17.4, 18.4 and 19.4).
+#[inline(always)]
 pub(crate) fn power_timer(timer: Timer) -> &'static tim1::RegisterBlock {
-    let address = match timer {
-        Timer::Tim1 => TIM1::ptr(),
-        Timer::Tim3 => TIM3::ptr().cast(),
-        Timer::Tim4 => TIM4::ptr().cast(),
-        Timer::Tim8 => TIM8::ptr(),
-        Timer::Tim9 => TIM9::ptr().cast(),
-    };
+    let address = 0x4000_0000 + 0x400 * timer as usize;
     // SAFETY: a timer with at least the registers that `crate::pwm` uses.
-    unsafe { &*address }
+    unsafe { &*(address as *const tim1::RegisterBlock) }
+}
+
+/// The registers of the power's channel: its compare value, and its mode beside that of a channel
+/// which is not in use.
+#[cfg(record)]
+pub(crate) struct PowerRegisters {
+    pub(crate) compare: &'static tim1::CCR,
+    pub(crate) modes: &'static tim1::CCMR1_OUTPUT,
+}
+
+// SAFETY: as the timer itself, which `power_timer` hands to every context.
+#[cfg(record)]
+unsafe impl Send for PowerRegisters {}
+
+#[cfg(record)]
+impl PowerRegisters {
+    /// Of channel `number`, 0 to 3.
+    pub(crate) fn new(timer: Timer, number: u8) -> Self {
+        let (timer, number) = (power_timer(timer), usize::from(number % 4));
+        let second: *const _ = timer.ccmr2_output();
+        Self {
+            compare: timer.ccr(number),
+            modes: match number {
+                0 | 1 => timer.ccmr1_output(),
+                // SAFETY: a register of the same width, with the bits of the next two channels.
+                _ => unsafe { &*second.cast() },
+            },
+        }
+    }
 }
 
 /// The timer of ticks.

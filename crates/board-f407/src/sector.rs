@@ -6,9 +6,17 @@ pub(crate) struct Sector(pub(crate) u8);
 
 impl Sector {
     /// Sector `number` of the F407: 0 to 11 (RM0090 table 5).
+    #[cfg(not(record))]
     pub(crate) const fn new(number: u8) -> Self {
         assert!(number < 12);
         Self(number)
+    }
+
+    /// The sector that begins at an address; the last one where none does.
+    #[cfg(record)]
+    pub(crate) fn at(address: usize) -> Self {
+        let number = (0..12).find(|number| Self(*number).address() == address);
+        Self(number.unwrap_or(11))
     }
 
     /// Its first byte: four sectors of 16 KiB, one of 64 KiB, seven of 128 KiB.

@@ -6,8 +6,7 @@
 //! start-up where it is needed, on a new chip, too; later only where both sectors were filled
 //! since.
 use crate::{
-    profile::SETTINGS_SECTORS, pwm, registers::Word, sector::Sector, step_interrupt::SHARED,
-    switches, watchdog,
+    profile, pwm, registers::Word, sector::Sector, step_interrupt::SHARED, switches, watchdog,
 };
 use leadscrew_machine::settings::flash::{Area, SettingsStore};
 use stm32f4::stm32f407::FLASH;
@@ -78,9 +77,10 @@ impl Sectors {
 
 /// The sector of an area.
 fn sector(area: Area) -> Sector {
+    let (first, second) = profile::settings_sectors();
     match area {
-        Area::First => SETTINGS_SECTORS.0,
-        Area::Second => SETTINGS_SECTORS.1,
+        Area::First => first,
+        Area::Second => second,
     }
 }
 

@@ -18,109 +18,42 @@
 //! while a tick is at work, it ends after the tick: 1.3 µs later at most, 3.2 µs where the tick
 //! begins a line.
 //!
-//! What goes to the ports for each set of motors stands ready in a table ([`Words`]): one store for
-//! each port that has step pins, one after the other. Boards with all of them on one port step all
-//! motors at the same instant.
+//! What goes to the ports for each set of motors stands ready in a table (`wired`, `recorded`): one
+//! store for each port that has step pins, one after the other. Boards with all of them on one port
+//! step all motors at the same instant.
+#[cfg(record)]
+mod recorded;
+#[cfg(not(record))]
+mod wired;
+
 use crate::{
-    chip::Bank,
     clock::APB1_TIMER_HZ,
     fast_memory::placed,
-    gpio::Pin,
-    profile::{banks, index_of, MOTORS, PROFILE},
+    profile::MOTORS,
     pwm,
     registers::{pulse_timer, tick_timer},
     wake::wake,
 };
-use core::{
-    array::from_fn,
-    sync::atomic::{AtomicBool, AtomicU32, AtomicU8, Ordering::Relaxed},
-};
+use core::sync::atomic::{AtomicBool, AtomicU32, AtomicU8, Ordering::Relaxed};
 use leadscrew_machine::board::PortConfig;
 use leadscrew_stepper::{MotorMask, OutputChange, Power, Shared, StepPort, Ticks};
 use stm32f4::stm32f407::{tim2::dier, Interrupt, TIM11, TIM2};
+
+#[cfg(record)]
+use recorded as ports;
+#[cfg(not(record))]
+use wired as ports;
+
+#[cfg(outputs)]
+pub(crate) use wired::change_outputs;
 
 /// The interrupt of TIM11: the main loop pends it where there is something to start, or new tables
 /// to follow.
 pub(crate) const PULSE_END_INTERRUPT: Interrupt = Interrupt::TIM1_TRG_COM_TIM11;
 
-/// Sets of motors.
-const SETS: usize = 1 << MOTORS;
 /// Counts of TIM11, which is on APB2, in a microsecond.
 const PULSE_MICROSECOND: u32 = 2 * APB1_TIMER_HZ / 1_000_000;
 
-const STEP_PINS: [Pin; MOTORS] = {
-    let mut pins = [PROFILE.motors[0].step; MOTORS];
-    let mut motor = 0;
-    while motor < MOTORS {
-        pins[motor] = PROFILE.motors[motor].step;
-        motor += 1;
-    }
-    pins
-};
-const DIRECTION_PINS: [Pin; MOTORS] = {
-    let mut pins = [PROFILE.motors[0].direction; MOTORS];
-    let mut motor = 0;
-    while motor < MOTORS {
-        pins[motor] = PROFILE.motors[motor].direction;
-        motor += 1;
-    }
-    pins
-};
-const STEP_BANKS: ([Bank; MOTORS], usize) = banks(STEP_PINS);
-const DIRECTION_BANKS: ([Bank; MOTORS], usize) = banks(DIRECTION_PINS);
-
-/// The words for each set of motors, one a port. Written by the main loop at rest, read by the step
-/// interrupt.
-struct Words<const BANKS: usize>([[AtomicU32; BANKS]; SETS]);
-
-impl<const BANKS: usize> Words<BANKS> {
-    const fn new() -> Self {
-        Self([const { [const { AtomicU32::new(0) }; BANKS] }; SETS])
-    }
-
-    /// Puts the words for `motors` on the ports.
-    #[inline(always)]
-    fn write(&self, banks: &[Bank; MOTORS], motors: MotorMask) {
-        // Within the table: bits beyond the motors are masked off, and the compiler sees it.
-        let words = &self.0[usize::from(motors.bits()) % SETS];
-        for (bank, word) in banks.iter().zip(words) {
-            bank.write(word.load(Relaxed));
-        }
-    }
-
-    /// Makes the table. For each set of motors, `level` answers the level of each pin, from the
-    /// motor's number and whether it is in the set. `None` leaves the pin alone.
-    fn fill(
-        &self,
-        pins: &[Pin; MOTORS],
-        banks: &[Bank; MOTORS],
-        level: impl Fn(usize, bool) -> Option<bool>,
-    ) {
-        for (set, words) in (0u8..).zip(&self.0) {
-            let set = MotorMask::from_bits(set);
-            for (bank, word) in words.iter().enumerate() {
-                let here = |(motor, pin): (usize, &Pin)| {
-                    let high = level(motor, set.contains(motor))?;
-                    (index_of(banks, MOTORS, pin.bank) == bank).then(|| pin.word(high))
-                };
-                let all = pins.iter().enumerate().filter_map(here);
-                word.store(all.fold(0, |word, pin| word | pin), Relaxed);
-            }
-        }
-    }
-}
-
-// SAFETY of the section: memory that `fast_memory` has zeroed before anybody looks at it.
-placed! { ".bss.ccm.steps";
-    static STEPS: Words<{ STEP_BANKS.1 }> = Words::new();
-}
-placed! { ".bss.ccm.directions";
-    static DIRECTIONS: Words<{ DIRECTION_BANKS.1 }> = Words::new();
-}
-placed! { ".bss.ccm.pulse_end";
-    /// Words that end a pulse, one a port.
-    static PULSE_END: [AtomicU32; STEP_BANKS.1] = [const { AtomicU32::new(0) }; STEP_BANKS.1];
-}
 /// The tables are new: pins have to follow.
 static REWIRED: AtomicBool = AtomicBool::new(false);
 /// Counts of TIM11 that a pulse lasts.
@@ -139,25 +72,7 @@ placed! { ".bss.ccm.ticking";
 /// Puts the wiring into effect. Main loop, at rest; the step interrupt puts the pins to their new
 /// levels.
 pub(crate) fn configure(port: &PortConfig) {
-    let (steps, directions) = (port.step_invert, port.direction_invert);
-    STEPS.fill(&STEP_PINS, &STEP_BANKS.0, |motor, stepping| {
-        stepping.then(|| !steps.contains(motor))
-    });
-    DIRECTIONS.fill(&DIRECTION_PINS, &DIRECTION_BANKS.0, |motor, negative| {
-        Some(negative != directions.contains(motor))
-    });
-    let ends: [u32; STEP_BANKS.1] = from_fn(|bank| {
-        let here = STEP_PINS
-            .iter()
-            .enumerate()
-            .filter(|(_, pin)| index_of(&STEP_BANKS.0, STEP_BANKS.1, pin.bank) == bank);
-        here.fold(0, |word, (motor, pin)| {
-            word | pin.word(steps.contains(motor))
-        })
-    });
-    for (word, end) in PULSE_END.iter().zip(ends) {
-        word.store(end, Relaxed);
-    }
+    ports::fill(port.step_invert, port.direction_invert);
     PULSE.store(u32::from(port.pulse_us) * PULSE_MICROSECOND, Relaxed);
     REWIRED.store(true, Relaxed);
     rtic::pend(PULSE_END_INTERRUPT);
@@ -222,14 +137,12 @@ pub(crate) fn end_pulse_if_over() {
 
 #[inline(always)]
 fn end_pulse() {
-    for (bank, word) in STEP_BANKS.0.iter().zip(&PULSE_END) {
-        bank.write(word.load(Relaxed));
-    }
+    ports::end_pulse();
     // From here on a tick that begins a line puts its directions out by itself; older ones must not
     // follow them.
     loop {
         let negative = NEGATIVE.load(Relaxed);
-        DIRECTIONS.write(&DIRECTION_BANKS.0, MotorMask::from_bits(negative));
+        ports::set_direction(MotorMask::from_bits(negative));
         if NEGATIVE.load(Relaxed) == negative {
             return;
         }
@@ -276,12 +189,16 @@ pub(crate) struct Port {
     /// The instant of the tick that is armed, as compare 1 has it: to read it there takes 16
     /// cycles.
     due: u32,
+    power: pwm::Channel,
 }
 
 impl Port {
     /// At rest.
-    pub(crate) const fn new() -> Self {
-        Port { due: 0 }
+    pub(crate) fn new() -> Self {
+        Port {
+            due: 0,
+            power: pwm::Channel::new(),
+        }
     }
 
     /// Clears the flag of the tick that is due.
@@ -317,22 +234,11 @@ pub(crate) fn keep_captures(w: &mut dier::W) -> &mut dier::W {
     }
 }
 
-/// Changes the outputs of M62 to M65: one store for each that changes. Any context.
-#[inline(always)] // the step interrupt calls it, and reaches no code in the flash (`cargo xtask thumb`)
-pub(crate) fn change_outputs(change: OutputChange) {
-    for (index, output) in PROFILE.synchronised.iter().enumerate() {
-        let bit = 1 << index;
-        if (change.set | change.clear) & bit != 0 {
-            output.switch(change.set & bit != 0);
-        }
-    }
-}
-
 impl StepPort for Port {
     /// A pulse that is still high would be made no longer: ticks are further apart than that.
     #[inline]
     fn step(&mut self, motors: MotorMask) {
-        STEPS.write(&STEP_BANKS.0, motors);
+        ports::step(motors);
         // In one-pulse mode the counter has stopped at 0.
         pulse_timer()
             .cr1()
@@ -343,20 +249,20 @@ impl StepPort for Port {
     fn set_direction(&mut self, negative: MotorMask) {
         NEGATIVE.store(negative.bits(), Relaxed);
         if !is_pulsing() {
-            DIRECTIONS.write(&DIRECTION_BANKS.0, negative);
+            ports::set_direction(negative);
         }
     }
 
     /// A segment has left the queue, and there is room for another.
     #[inline]
     fn change_outputs(&mut self, change: OutputChange) {
-        change_outputs(change);
+        ports::change_outputs(change);
         wake();
     }
 
     #[inline]
     fn set_power(&mut self, power: Power) {
-        pwm::set(power);
+        self.power.set(power);
     }
 
     #[inline]

@@ -11,57 +11,23 @@
 //! that goes on, is answered after exactly that time; a shorter spike is forgotten. The line is
 //! masked for as long, so that noise takes two interrupts each such time and no more. TIM5, which
 //! counts microseconds, keeps the time.
+#[cfg(record)]
+mod recorded;
+#[cfg(not(record))]
+mod wired;
+
 use crate::{
-    chip::Bank,
-    clock,
-    fast_memory::placed,
-    gpio::Input,
-    profile::{MOTORS, PROFILE},
-    pwm,
-    registers::Word,
-    wake::wake,
+    chip::Bank, clock, fast_memory::placed, profile::MOTORS, pwm, registers::Word, wake::wake,
 };
 use core::sync::atomic::{AtomicU16, AtomicU32, Ordering::Relaxed};
 use leadscrew_machine::{board::Switches, inputs::Inputs};
-use leadscrew_stepper::{MotorMask, Power, Shared};
+use leadscrew_stepper::{Power, Shared};
 use stm32f4::stm32f407::{EXTI, SYSCFG};
 
-/// All that are not limit switches.
-const BUTTONS: [Option<Input>; 5] = [
-    PROFILE.probe,
-    PROFILE.reset,
-    PROFILE.hold,
-    PROFILE.start,
-    PROFILE.door,
-];
-placed! { ".fast_code.banks";
-    /// The port of the input on each line of EXTI. A pin's number is its line's.
-    static BANKS: [Bank; 16] = WIRED.0;
-}
-/// Lines of EXTI in use, one bit a line.
-const LINES: u16 = WIRED.1;
-/// Lines whose input is inverted, one bit a line.
-const INVERTED: u16 = WIRED.2;
-const WIRED: ([Bank; 16], u16, u16) = {
-    let (mut banks, mut lines, mut inverted, mut place) = ([Bank::A; 16], 0, 0, 0);
-    while place < MOTORS + BUTTONS.len() {
-        let input = if place < MOTORS {
-            PROFILE.limits[place]
-        } else {
-            BUTTONS[place - MOTORS]
-        };
-        if let Some(input) = input {
-            assert!(lines & input.line() == 0, "two inputs on one line of EXTI");
-            lines |= input.line();
-            banks[input.pin.number as usize] = input.pin.bank;
-            if input.inverted {
-                inverted |= input.line();
-            }
-        }
-        place += 1;
-    }
-    (banks, lines, inverted)
-};
+#[cfg(record)]
+use recorded as board;
+#[cfg(not(record))]
+use wired as board;
 
 placed! { ".bss.ccm.levels";
     /// The levels that are believed, one bit a line. Written by the switch interrupts.
@@ -85,10 +51,6 @@ pub(crate) fn let_settle() {
     cortex_m::asm::delay(microseconds * (clock::CPU_HZ / 1_000_000));
 }
 
-fn all() -> impl Iterator<Item = Input> {
-    PROFILE.limits.into_iter().chain(BUTTONS).flatten()
-}
-
 /// The state of the switch interrupts, of EXTI and of the timer. The tasks share it without a lock,
 /// since RTIC refuses to build them unless all have one priority.
 pub(crate) struct Filter {
@@ -101,22 +63,24 @@ pub(crate) struct Filter {
     alarm: u32,
     /// Where the motors stood at the edge of the probe.
     at_probe: [i32; MOTORS],
+    power: pwm::Channel,
 }
 
 impl Filter {
     /// Makes inputs of the pins, takes their levels as they are, and listens from here on. Before
     /// the interrupts are on.
     pub(crate) fn new(exti: EXTI, syscfg: &SYSCFG) -> Self {
-        for input in all() {
+        board::prepare();
+        for input in board::all() {
             input.pin.make_input(input.pull);
             select_port(syscfg, input.pin.number, input.pin.bank);
         }
         // The pulls have to charge the cables: 40 kΩ and a nanofarad or two are 0.1 ms.
         cortex_m::asm::delay(20_000);
-        let levels = all().filter(|input| input.level());
+        let levels = board::all().filter(|input| input.level());
         LEVELS.store(levels.fold(0, |all, input| all | input.line()), Relaxed);
         // Bits 0 to 15 are the pins' lines in these registers; those above stay.
-        let lines = u32::from(LINES);
+        let lines = u32::from(board::lines());
         exti.rtsr().change(|all| all | lines);
         exti.ftsr().change(|all| all | lines);
         exti.pr().put(lines);
@@ -127,19 +91,20 @@ impl Filter {
             due: [0; 16],
             alarm: 0,
             at_probe: [0; MOTORS],
+            power: pwm::Channel::new(),
         }
     }
 
     /// Notes edges. Interrupts of EXTI.
     pub(crate) fn on_edge(&mut self, shared: &Shared<MOTORS>) {
-        let pending = self.exti.pr().read().bits() & u32::from(LINES);
+        let pending = self.exti.pr().read().bits() & u32::from(board::lines());
         // A one clears a flag, zeros leave the others.
         self.exti.pr().put(pending);
         let fresh = pending as u16 & !self.settling;
         if fresh == 0 {
             return;
         }
-        if PROFILE.probe.is_some_and(|probe| fresh & probe.line() != 0) {
+        if fresh & board::probe_line() != 0 {
             self.at_probe = shared.position();
         }
         let due = clock::count().wrapping_add(TIME_US.load(Relaxed));
@@ -168,8 +133,8 @@ impl Filter {
         let levels = self.settle(before);
         if levels != before {
             // First of all: a beam that stands still burns.
-            if inputs.would_stop(&switches_at(levels)) {
-                pwm::set(Power::OFF);
+            if inputs.would_stop(&board::switches_at(levels)) {
+                self.power.set(Power::OFF);
             }
             self.act(levels, inputs, shared);
         }
@@ -189,7 +154,7 @@ impl Filter {
             if self.alarm.wrapping_sub(due).cast_signed() >= 0 {
                 let bit = 1 << line;
                 self.settling &= !(bit as u16);
-                let level = BANKS[line % 16].levels() ^ u32::from(INVERTED);
+                let level = board::levels(line) ^ u32::from(board::inverted());
                 levels = levels & !bit | level & bit;
             }
         }
@@ -218,10 +183,10 @@ impl Filter {
     #[inline(never)]
     fn act(&self, levels: u16, inputs: &Inputs<MOTORS>, shared: &Shared<MOTORS>) {
         LEVELS.store(levels, Relaxed);
-        inputs.on_switches_at(&switches_at(levels), shared, &self.at_probe);
+        inputs.on_switches_at(&board::switches_at(levels), shared, &self.at_probe);
         if shared.is_laser_off() {
             // A tick in between may have set it anew; no later one does.
-            pwm::set(Power::OFF);
+            self.power.set(Power::OFF);
         }
         wake();
     }
@@ -239,7 +204,7 @@ impl Filter {
 /// The levels at the pins of some lines, one bit a line, as the machine is told them.
 fn levels_of(set: u16) -> u32 {
     lines(set).fold(0, |all, line| {
-        let level = BANKS[line % 16].levels() ^ u32::from(INVERTED);
+        let level = board::levels(line) ^ u32::from(board::inverted());
         all | level & 1 << line
     })
 }
@@ -258,24 +223,7 @@ fn lines(set: u16) -> impl Iterator<Item = usize> {
 /// The levels of all switches, as they are believed; one that the board does not have is open. Any
 /// context.
 pub(crate) fn switches() -> Switches {
-    switches_at(LEVELS.load(Relaxed))
-}
-
-#[inline(always)]
-fn switches_at(levels: u16) -> Switches {
-    let level = |input: Option<Input>| input.is_none_or(|input| levels & input.line() != 0);
-    let limits = (0u8..).zip(PROFILE.limits).map(|(motor, input)| {
-        let open = u8::from(level(input));
-        open << motor
-    });
-    Switches {
-        limits: MotorMask::from_bits(limits.fold(0, |all, one| all | one)),
-        probe: level(PROFILE.probe),
-        reset: level(PROFILE.reset),
-        hold: level(PROFILE.hold),
-        start: level(PROFILE.start),
-        door: level(PROFILE.door),
-    }
+    board::switches_at(LEVELS.load(Relaxed))
 }
 
 /// Which port's pin a line looks at (RM0090 section 9.2.3): four bits a line, four lines a

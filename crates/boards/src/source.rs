@@ -127,6 +127,25 @@ pub(crate) fn own() -> Own {{
         )
     }
 
+    /// The module of an image that reads its board from a record: what is compiled in, which is how
+    /// many motors move which axes.
+    #[must_use]
+    pub fn shape_module(&self) -> String {
+        let (kind, value) = self.motion();
+        let shape = self.shape(0);
+        format!(
+            "pub(crate) const AXES: usize = {};
+pub(crate) const MOTORS: usize = {};
+pub(crate) const KINEMATICS: u8 = {};
+pub(crate) type Kinematics = leadscrew_planner::{kind};
+pub(crate) const fn kinematics() -> Kinematics {{
+    leadscrew_planner::{value}
+}}
+",
+            shape.axes, shape.motors, shape.kinematics
+        )
+    }
+
     /// The type and the value of the kinematics, as source text.
     fn motion(&self) -> (String, String) {
         let seconds: Vec<String> = self
@@ -186,26 +205,65 @@ pub(crate) fn own() -> Own {{
                 format!("{words}\n_stext = ORIGIN(FLASH) + {offset:#X};\n"),
             )
         };
-        format!(
-            "MEMORY
-{{
-  FLASH    : ORIGIN = {:#010X}, LENGTH = {}K
-{MEMORY}}}
-{text}{STACK}",
+        script(self.start, length, CODE_KIB, &text)
+    }
+
+    /// The same for an image that reads its board from a record, whose sector is in front of the
+    /// code. It is the same for all boards of one start. Nothing where such an image has no room.
+    #[must_use]
+    pub fn record_memory(&self) -> Option<String> {
+        let sector = self
+            .record_sector()
+            .filter(|_| self.has_room_for_record())?;
+        let text = format!(
+            "/* The board's record; the code is behind it. */
+__record = {:#010X};
+_stext = {:#010X};
+",
+            sector.begin,
+            sector.end()
+        );
+        Some(script(
             self.start,
-            length >> 10
-        )
+            sector.end() + leadscrew_record::PROGRAM - self.start,
+            RECORD_CODE_KIB,
+            &text,
+        ))
     }
 }
 
-/// SRAM and core coupled memory, as every F407 has them (data sheet DocID022152 section 2.2).
-const MEMORY: &str =
-    "  /* The first 4 KiB of SRAM1, as the core fetches them once SRAM1 is at 0. */
-  CODE     : ORIGIN = 0x00000000, LENGTH = 4K
-  RAM      : ORIGIN = 0x20001000, LENGTH = 124K
+/// The script for a flash of `length` bytes from `start` on.
+fn script(start: u32, length: u32, code_kib: u32, text: &str) -> String {
+    let ram = ram(code_kib);
+    format!(
+        "MEMORY
+{{
+  FLASH    : ORIGIN = {start:#010X}, LENGTH = {}K
+{ram}}}
+{text}{STACK}",
+        length >> 10
+    )
+}
+
+/// SRAM and core coupled memory, as every F407 has them (data sheet DocID022152 section 2.2). Code
+/// takes the first KiB of SRAM1.
+fn ram(code_kib: u32) -> String {
+    format!(
+        "  /* The first {code_kib} KiB of SRAM1, as the core fetches them once SRAM1 is at 0. */
+  CODE     : ORIGIN = 0x00000000, LENGTH = {code_kib}K
+  RAM      : ORIGIN = {:#010X}, LENGTH = {}K
   CCM      : ORIGIN = 0x10000000, LENGTH = 16K
   CCM_DATA : ORIGIN = 0x10004000, LENGTH = 48K
-";
+",
+        0x2000_0000 + (code_kib << 10),
+        128 - code_kib,
+    )
+}
+
+/// KiB for the step interrupts' code; with tables in place of pins it is longer.
+const CODE_KIB: u32 = 4;
+const RECORD_CODE_KIB: u32 = 5;
+
 const STACK: &str =
     "/* The stack grows down to the begin of the core coupled memory: below it there is nothing, so that an overflow is a fault
    and not a variable that changes. */

@@ -97,6 +97,12 @@ impl Record {
         Some(length)
     }
 
+    /// The content of a record that [`Self::read`] has found to be whole: nothing is checked.
+    #[must_use]
+    pub fn content(bytes: &[u8; SLOT]) -> &Content {
+        Self::ref_from_prefix(bytes).map_or(&Content::NONE, |(record, _)| &record.content)
+    }
+
     /// The record that `bytes` begin with, and its settings.
     ///
     /// # Errors

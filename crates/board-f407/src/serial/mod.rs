@@ -14,11 +14,14 @@ use crate::{
     chip::Usart,
     clock::{self, APB1_HZ},
     gpio::Pull,
-    profile::{BAUD, PROFILE},
+    profile::{self, BAUD},
     registers::{self, Word},
 };
 use core::sync::atomic::{AtomicU16, AtomicU8};
 use stm32f4::stm32f407::{dma2, usart1, RCC};
+
+#[cfg(record)]
+use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 pub(crate) use listen::Listener;
 pub(crate) use send::{Sender, Writer};
@@ -26,13 +29,34 @@ pub(crate) use send::{Sender, Writer};
 /// Function of USART1 to USART3 in the data sheet's table 9.
 const FUNCTION: u8 = 7;
 
-const LINE: Usart = PROFILE.serial.usart;
+/// The USART of the line.
+#[cfg(not(record))]
+#[inline(always)]
+fn line() -> Usart {
+    profile::usart()
+}
+
+/// Whether the line is on USART1: `enable` has asked the record.
+#[cfg(record)]
+static ON_USART1: AtomicBool = AtomicBool::new(false);
+
+/// The USART of the line.
+#[cfg(record)]
+#[inline(always)]
+fn line() -> Usart {
+    match ON_USART1.load(Relaxed) {
+        true => Usart::Usart1,
+        false => Usart::Usart2,
+    }
+}
 
 /// Clock of the USART in Hz.
-const CLOCK_HZ: u32 = match LINE {
-    Usart::Usart1 => 2 * APB1_HZ,
-    Usart::Usart2 => APB1_HZ,
-};
+fn clock_hz() -> u32 {
+    match line() {
+        Usart::Usart1 => 2 * APB1_HZ,
+        Usart::Usart2 => APB1_HZ,
+    }
+}
 
 /// All that DMA does for either USART is on this channel: USART2's on DMA1, USART1's on DMA2
 /// (RM0090 tables 43 and 44).
@@ -40,13 +64,13 @@ const CHANNEL: u8 = 4;
 
 /// Written at start-up only; the bytes are DMA's.
 fn usart() -> &'static usart1::RegisterBlock {
-    registers::usart(LINE)
+    registers::usart(line())
 }
 
 /// Of the controller the two streams of the line are in use: `Listener` has one, `Sender` the
 /// other.
 fn dma() -> &'static dma2::RegisterBlock {
-    registers::dma(LINE)
+    registers::dma(line())
 }
 
 /// A stream of the line's controller, 4 to 7.
@@ -93,8 +117,10 @@ impl Stream {
 /// Switches the USART, its DMA controller and the timer of [`Listener`] on. Before anything else
 /// here.
 pub(crate) fn enable(rcc: &RCC) {
+    #[cfg(record)]
+    ON_USART1.store(profile::usart() == Usart::Usart1, Relaxed);
     clock::switch_on(rcc, |rcc| {
-        match LINE {
+        match line() {
             Usart::Usart1 => {
                 rcc.apb2enr().modify(|_, w| w.usart1en().enabled());
                 rcc.ahb1enr().modify(|_, w| w.dma2en().enabled());
@@ -110,11 +136,11 @@ pub(crate) fn enable(rcc: &RCC) {
 
 /// Starts the line: 8 bits, no parity, one stop bit. Before its ends.
 pub(crate) fn start() {
-    let pins = &PROFILE.serial;
-    pins.transmit.make_alternate(FUNCTION, Pull::None);
-    pins.receive.make_alternate(FUNCTION, Pull::Up);
+    let (transmit, receive) = profile::serial_pins();
+    transmit.make_alternate(FUNCTION, Pull::None);
+    receive.make_alternate(FUNCTION, Pull::Up);
     // Sixteenths of the clock a bit, rounded (RM0090 section 30.3.4).
-    let divider = (CLOCK_HZ + BAUD / 2) / BAUD;
+    let divider = (clock_hz() + BAUD / 2) / BAUD;
     // Mantissa and fraction together are the whole divider; 16 to 0xFFFF is defined.
     usart().brr().put(divider as u16);
     usart().cr3().write(|w| w.dmar().enabled().dmat().enabled());

@@ -1,6 +1,6 @@
 //! Sending: the main loop writes to a ring, DMA sends each contiguous piece, an interrupt ends each
 //! piece.
-use super::{Stream, LINE};
+use super::{line, Stream};
 use crate::{chip::Usart, profile::BAUD, wake::wake};
 use core::sync::atomic::{
     AtomicBool, AtomicU8, AtomicUsize,
@@ -32,16 +32,22 @@ static SENT: AtomicUsize = AtomicUsize::new(0);
 static MORE: AtomicBool = AtomicBool::new(false);
 
 /// Sends: of DMA1 for USART2, of DMA2 for USART1 (RM0090 tables 43 and 44).
-const STREAM: Stream = match LINE {
-    Usart::Usart1 => Stream(7),
-    Usart::Usart2 => Stream(6),
-};
+#[inline(always)]
+fn stream() -> Stream {
+    match line() {
+        Usart::Usart1 => Stream(7),
+        Usart::Usart2 => Stream(6),
+    }
+}
 
 /// At the end of a piece, and pended where there is something to send.
-const INTERRUPT: Interrupt = match LINE {
-    Usart::Usart1 => Interrupt::DMA2_STREAM7,
-    Usart::Usart2 => Interrupt::DMA1_STREAM6,
-};
+#[inline(always)]
+fn interrupt() -> Interrupt {
+    match line() {
+        Usart::Usart1 => Interrupt::DMA2_STREAM7,
+        Usart::Usart2 => Interrupt::DMA1_STREAM6,
+    }
+}
 
 /// The main loop's end.
 pub(crate) struct Writer {
@@ -74,7 +80,7 @@ impl Writer {
         }
         WRITTEN.store(self.written, Release);
         MORE.store(taken < bytes.len(), Relaxed);
-        rtic::pend(INTERRUPT);
+        rtic::pend(interrupt());
         taken
     }
 }
@@ -98,7 +104,7 @@ impl Sender {
 
     /// Sends the next piece, unless one is going out. Interrupt of the stream.
     pub(crate) fn send(&mut self) {
-        if STREAM.registers().cr().read().en().is_enabled() {
+        if stream().registers().cr().read().en().is_enabled() {
             return;
         }
         self.sent = self.sent.wrapping_add(self.under_way);
@@ -109,10 +115,10 @@ impl Sender {
         let waiting = WRITTEN.load(Acquire).wrapping_sub(self.sent);
         let begin = self.sent % RING;
         self.under_way = waiting.min(RING - begin).min(PIECE);
-        STREAM.clear_flags();
+        stream().clear_flags();
         let piece = WAITING.get(begin..begin + self.under_way);
         if let Some(piece) = piece.filter(|piece| !piece.is_empty()) {
-            STREAM.send(piece);
+            stream().send(piece);
         }
     }
 }

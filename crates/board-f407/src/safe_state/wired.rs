@@ -1,46 +1,13 @@
-//! The state in which the outputs do no harm: no step, laser, spindle and coolant off.
-//!
-//! Entered from reset on, before memory is even cleared, and again by whatever ends the program
-//! (`restart`). Motors keep what they have: a Z axis that is let go may drop.
-//!
-//! At reset it is entered in assembly, since no Rust may run before memory has its first values,
-//! from a table that the compiler makes of the profile. What a bootloader has left behind ends
-//! there as well.
-#![allow(unsafe_code)] // an entry in assembly, stores to registers by their addresses
-
+//! The pins of a board that are compiled in.
+use super::{Store, FRESH};
 use crate::{
     chip::Bank,
     gpio::Pin,
     profile::{banks, MOTORS, PROFILE},
-    step_port::PULSE_END_INTERRUPT,
 };
 use core::arch::global_asm;
-use cortex_m::peripheral::NVIC;
-use stm32f4::stm32f407::Interrupt;
-
-/// A register whose bits `clear` are cleared, then its bits `set` set.
-#[derive(Clone, Copy)]
-#[repr(C)]
-struct Store {
-    address: u32,
-    clear: u32,
-    set: u32,
-}
 
 impl Store {
-    const fn new(address: u32, clear: u32, set: u32) -> Self {
-        Self {
-            address,
-            clear,
-            set,
-        }
-    }
-
-    /// The whole register.
-    const fn whole(address: u32, value: u32) -> Self {
-        Self::new(address, u32::MAX, value)
-    }
-
     fn make(&self) {
         let register = self.address as *mut u32;
         // SAFETY: a register of a port that has its clock; any context may make its pins safe.
@@ -146,27 +113,6 @@ const SAFE: [Store; 4 * PORTS.1] = {
 /// RCC_AHB1ENR with ports A to G on (RM0090 section 7.3.10).
 const PORTS_ON: Store = Store::new(0x4002_3830, 0, 0x7F);
 
-/// Ends everything that a bootloader may have left running: SysTick, pending SysTick and PendSV
-/// exceptions (DDI 0403, B3.2.4 and B3.3), all interrupts and their pending bits (B3.4), lines of
-/// EXTI (RM0090 section 12.3), both DMA controllers and USB (resets of RCC, sections 7.3.5 and
-/// 7.3.6).
-const FRESH: [Store; 14] = [
-    Store::whole(0xE000_E010, 0),
-    Store::whole(0xE000_ED04, 1 << 27 | 1 << 25),
-    Store::whole(0x4001_3C00, 0),
-    Store::whole(0x4001_3C04, 0),
-    Store::new(0x4002_3810, 0, 0b11 << 21),
-    Store::new(0x4002_3810, 0b11 << 21, 0),
-    Store::new(0x4002_3814, 0, 1 << 7),
-    Store::new(0x4002_3814, 1 << 7, 0),
-    Store::whole(0xE000_E180, u32::MAX),
-    Store::whole(0xE000_E184, u32::MAX),
-    Store::whole(0xE000_E188, u32::MAX),
-    Store::whole(0xE000_E280, u32::MAX),
-    Store::whole(0xE000_E284, u32::MAX),
-    Store::whole(0xE000_E288, u32::MAX),
-];
-
 const STORES: usize = 1 + SAFE.len() + FRESH.len();
 /// All that is stored at reset, in this order.
 static AT_RESET: [Store; STORES] = {
@@ -184,10 +130,8 @@ static AT_RESET: [Store; STORES] = {
     stores
 };
 
-/// Makes every pin that could do harm an output that is off. Any context.
-pub(crate) fn enter() {
-    NVIC::mask(Interrupt::TIM2);
-    NVIC::mask(PULSE_END_INTERRUPT);
+/// Makes the pins safe. Any context.
+pub(super) fn make_safe() {
     for store in &SAFE {
         store.make();
     }

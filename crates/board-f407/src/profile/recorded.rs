@@ -1,0 +1,219 @@
+//! A board whose pins are in its record in flash.
+//!
+//! The record is looked at once, at start-up. A pin is decoded where it is wanted; the tables of the
+//! interrupts are filled from here before they come. Without a record there is no pin at all.
+use super::number;
+use crate::{
+    chip::{Bank, Timer, Usart},
+    fast_memory,
+    gpio::{Input, Output, Pin, Pull},
+    sector::Sector,
+};
+use core::sync::atomic::{AtomicU8, Ordering::Relaxed};
+use heapless::Vec;
+use leadscrew_gcode::Number;
+use leadscrew_machine::{config::MachineConfig, settings::values::Entry, step_timing::StepTiming};
+use leadscrew_record::{Content, Motor, PinCode, Record, Refusal, Shape, SETTINGS};
+
+/// The machine that the image is for: how many motors move which axes.
+mod selected {
+    include!(concat!(env!("OUT_DIR"), "/board.rs"));
+}
+
+pub(crate) use selected::{kinematics, Kinematics, AXES, MOTORS};
+
+/// The extensions of the machine: none.
+pub(crate) type Own = ();
+
+/// Makes them.
+pub(crate) fn own() -> Own {}
+
+/// A new machine's settings.
+pub(crate) type Defaults = Vec<Entry, SETTINGS>;
+
+/// The place of the record in force, counted from 1; 0: there is none.
+static IN_FORCE: AtomicU8 = AtomicU8::new(0);
+
+/// Looks for the record, and takes its settings; what is wrong where there is none in force.
+/// Start-up, before anything else asks for a pin.
+pub(crate) fn find(defaults: &mut Defaults) -> Option<&'static str> {
+    match look_for(defaults) {
+        Ok(place) => {
+            IN_FORCE.store(place as u8 + 1, Relaxed);
+            None
+        }
+        Err(refusal) => Some(refusal.text()),
+    }
+}
+
+fn look_for(defaults: &mut Defaults) -> Result<usize, Refusal> {
+    let first_word = |place| {
+        let bytes = fast_memory::record(place).first_chunk();
+        bytes.map_or(u32::MAX, |word| u32::from_le_bytes(*word))
+    };
+    let place = leadscrew_record::slot(first_word).ok_or(Refusal::Missing)?;
+    let (record, settings) = Record::read(fast_memory::record(place))?;
+    let shape = Shape {
+        axes: AXES as u8,
+        motors: MOTORS as u8,
+        kinematics: selected::KINEMATICS,
+        defaults: 0,
+    };
+    let start = Sector::at(fast_memory::start());
+    record.content.fits(shape, start.0)?;
+    defaults.extend(settings.iter().map(|setting| Entry {
+        number: setting.number.get(),
+        value: Number::from_nanos(setting.nanos.get()),
+    }));
+    Ok(place)
+}
+
+/// The content of the record in force, or a board without pins. Any context.
+pub(crate) fn content() -> &'static Content {
+    match IN_FORCE.load(Relaxed) {
+        0 => &Content::NONE,
+        place => Record::content(fast_memory::record(usize::from(place) - 1)),
+    }
+}
+
+/// Axes, order of homing and settings of a new machine, with the options that the board has pins
+/// for.
+pub(crate) fn config(defaults: &'static Defaults) -> MachineConfig<AXES> {
+    let content = content();
+    let mut config = MachineConfig::new();
+    config.defaults = defaults;
+    config.homing_cycles = content.homing;
+    config.step_timing = StepTiming::F407_RECORD;
+    let [_, _, _, _, door] = buttons();
+    config.options.door = door.is_some();
+    config.options.mist = output(content.outputs.mist).is_some();
+    if let Some(tick_ns) = number(option_env!("LEADSCREW_TICK_NS")) {
+        config.step_timing.tick_ns = tick_ns;
+    }
+    config
+}
+
+fn pin(code: PinCode) -> Option<Pin> {
+    let (port, number) = code.pin()?;
+    let bank = Bank::numbered(port);
+    Some(Pin { bank, number })
+}
+
+fn output(code: PinCode) -> Option<Output> {
+    let active_high = code.high();
+    pin(code).map(|pin| Output { pin, active_high })
+}
+
+fn input(code: PinCode) -> Option<Input> {
+    let inverted = code.high();
+    let pull = if inverted { Pull::Down } else { Pull::Up };
+    pin(code).map(|pin| Input {
+        pin,
+        pull,
+        inverted,
+    })
+}
+
+/// For the log.
+pub(crate) fn name() -> &'static str {
+    let text = content().name.split(|byte| *byte == 0).next();
+    core::str::from_utf8(text.unwrap_or_default()).unwrap_or_default()
+}
+
+/// Frequency of the crystal in Hz; 0: there is none, or nobody knows.
+pub(crate) fn crystal_hz() -> u32 {
+    content().crystal_hz.get()
+}
+
+/// The two sectors of the settings. With a record only.
+pub(crate) fn settings_sectors() -> (Sector, Sector) {
+    let [first, second] = content().settings;
+    (Sector(first), Sector(second))
+}
+
+/// Whether the image has the flash to itself. Without a record this says which serial line to use:
+/// the Discovery's, or behind a bootloader the one of printers' boards, on which ST's own bootloader
+/// listens as well.
+fn is_alone() -> bool {
+    Sector::at(fast_memory::start()).0 == 0
+}
+
+/// The USART of the serial line.
+pub(crate) fn usart() -> Usart {
+    match content().serial.usart {
+        0 if is_alone() => Usart::Usart2,
+        0 | 1 => Usart::Usart1,
+        _ => Usart::Usart2,
+    }
+}
+
+/// The pins of the serial line, out and in.
+pub(crate) fn serial_pins() -> (Pin, Pin) {
+    let serial = &content().serial;
+    let (transmit, receive) = if is_alone() { (2, 3) } else { (9, 10) };
+    let or = |code, usual| pin(code).unwrap_or(Pin::new(Bank::A, usual));
+    (or(serial.transmit, transmit), or(serial.receive, receive))
+}
+
+/// Step and direction of each motor.
+pub(crate) fn motors() -> [(Option<Pin>, Option<Pin>); MOTORS] {
+    let mut all = content().motors.iter();
+    [(); MOTORS].map(|()| {
+        let motor = all.next().unwrap_or(&Motor::NONE);
+        (pin(motor.step), pin(motor.direction))
+    })
+}
+
+/// The pins that enable the motors.
+pub(crate) fn enables() -> impl Iterator<Item = Pin> {
+    content().enables.iter().filter_map(|code| pin(*code))
+}
+
+/// Spindle on, and counter-clockwise.
+pub(crate) fn spindle() -> [Option<Output>; 2] {
+    let outputs = &content().outputs;
+    [outputs.spindle, outputs.spindle_reverse].map(output)
+}
+
+/// Flood and mist.
+pub(crate) fn coolant() -> [Option<Output>; 2] {
+    let outputs = &content().outputs;
+    [outputs.flood, outputs.mist].map(output)
+}
+
+/// Limit switches, one input a motor.
+pub(crate) fn limits() -> [Option<Input>; MOTORS] {
+    let mut all = content().motors.iter();
+    [(); MOTORS].map(|()| all.next().and_then(|motor| input(motor.limit)))
+}
+
+/// Probe, reset, hold, start, door.
+pub(crate) fn buttons() -> [Option<Input>; 5] {
+    content().buttons.map(input)
+}
+
+/// The pin of laser or spindle power, and its function in the data sheet's table 9.
+pub(crate) fn power_pin() -> Option<(Pin, u8)> {
+    let power = &content().power;
+    pin(power.pin).map(|pin| (pin, power.function))
+}
+
+/// The timer of laser or spindle power, and its channel, 0 to 3.
+pub(crate) fn power_channel() -> (Timer, u8) {
+    let power = &content().power;
+    let timer = match power.timer {
+        3 => Timer::Tim3,
+        4 => Timer::Tim4,
+        8 => Timer::Tim8,
+        9 => Timer::Tim9,
+        _ => Timer::Tim1,
+    };
+    (timer, power.channel.wrapping_sub(1) % 4)
+}
+
+/// Frequency of laser or spindle power in Hz, 50 to 100 000: the record's, or the value of
+/// `LEADSCREW_POWER_HZ` at build time.
+pub(crate) fn power_hz() -> u32 {
+    let asked = number(option_env!("LEADSCREW_POWER_HZ"));
+    asked.unwrap_or(content().power_hz.get()).clamp(50, 100_000)
+}
