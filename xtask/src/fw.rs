@@ -1,7 +1,7 @@
 //! `cargo fw`: builds the firmware with a compiler that can build it, and prints its size. `--board
 //! NAME` builds for another board than the Discovery, `--machine FILE` for the machine of a file.
-//! `--record` builds an image that reads its board from a record.
-//! `--run` also flashes the firmware and shows its log.
+//! `--record` builds an image that reads its board from a record. `--run` also flashes the firmware
+//! and shows its log.
 use crate::{
     failure::Failure,
     shell, sizes,
@@ -54,9 +54,8 @@ impl Request {
     }
 }
 
-/// Builds `board-f407`. The `arguments` go to `cargo build`, except `--run`, `--record`,
-/// `--board` and
-/// `--machine`.
+/// Builds `board-f407`. The `arguments` go to `cargo build`, except `--run`, `--record`, `--board`
+/// and `--machine`.
 pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     let request = Request::read(arguments);
     let board = request.board.as_deref().map(place);

@@ -3,7 +3,7 @@
 //! `qemu` needs only the build for the SKR 2. All other tasks need two builds for the Discovery,
 //! which differ only in the rate of the serial line: 115200 baud, and 2 Mbaud for checks that the
 //! line must not limit. They also need a build for each other board, with other frequencies of
-//! power.
+//! power, and two builds without pins, one for each start address.
 use crate::{
     failure::Failure,
     fw::{self, machine, BOARD},
@@ -46,8 +46,13 @@ const MORE: [Build; 4] = [
 /// The build that `qemu` runs as if behind a bootloader; checks in the emulator use it, too.
 const SKR_2: Build = build("skr-2", &[(BOARD, "skr-2")]);
 
+/// For boards of three motors, which read their pins from a record.
+const WITHOUT_PINS: (&str, &str) = (fw::RECORD, "1");
+
 /// The usual build is the last one, so that it stays where `cargo fw` puts it.
-const BUILDS: [Build; 11] = [
+const BUILDS: [Build; 13] = [
+    build("record", &[WITHOUT_PINS]),
+    build("record-behind", &[WITHOUT_PINS, (BOARD, "skr-2")]),
     build("machine-file-000", &[machine!("000")]),
     build("machine-file-001", &[machine!("001")]),
     build("machine-file-002", &[machine!("002")]),

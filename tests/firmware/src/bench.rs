@@ -8,7 +8,7 @@ use crate::{
     plant::Plant,
     steps::Tracker,
     stream::Stream,
-    wiring::{Wiring, FLASH},
+    wiring::{Wiring, FLASH, RECORD},
 };
 use leadscrew_f407emu::{FlashTiming, Machine, Pin};
 
@@ -78,6 +78,9 @@ impl Bench {
             machine.program_flash(FLASH, &bootloader(wiring.start));
         }
         machine.load_elf(&build.elf)?;
+        if let Some(record) = &build.record {
+            machine.program_flash(RECORD, record);
+        }
         if let Some(fault) = build.fault {
             machine.tamper_with(fault.register, fault.tamper);
         }

@@ -4,7 +4,7 @@ use crate::{
     bench::{ensure, Failure},
     pins::CYCLES_PER_COUNT,
 };
-use leadscrew_machine::{board::ChannelId, config::MachineConfig};
+use leadscrew_machine::{board::ChannelId, config::MachineConfig, step_timing::StepTiming};
 use leadscrew_planner::{Cartesian, Kinematics};
 use leadscrew_sim::{
     cost::Costs,
@@ -98,17 +98,22 @@ pub(crate) fn probe(settings: &str, program: &str, contact: usize) -> Result<Str
 /// moves are there to look ahead when motion begins, which then takes longer, here and on the
 /// board.
 pub(crate) fn plan(settings: &str, program: &str, line: Rate) -> Result<Vec<Planned>, Failure> {
-    plan_with(Cartesian, settings, program, line)
+    plan_with(Cartesian, StepTiming::F407, settings, program, line)
 }
 
-/// The same with other kinematics.
+/// The same with other kinematics, and other times of making steps.
 pub(crate) fn plan_with(
     kinematics: impl Kinematics<3, 3> + Clone,
+    timing: StepTiming,
     settings: &str,
     program: &str,
     line: Rate,
 ) -> Result<Vec<Planned>, Failure> {
-    let mut setup = Setup::<3>::new(MachineConfig::new(), line);
+    let config = MachineConfig {
+        step_timing: timing,
+        ..MachineConfig::new()
+    };
+    let mut setup = Setup::<3>::new(config, line);
     setup.costs = Costs::NONE;
     let mut memory = Memory::<3, 3>::new(&setup);
     let mut sim: Simulation<'_, _, _, 3, 3, MOVES> =

@@ -5,7 +5,9 @@ use crate::{
         Wiring, DISCOVERY, DISCOVERY_4, DUAL_Y, FLY_407ZG, MACHINE_003, OCTOPUS, SKR_2, SPIDER,
     },
 };
+use leadscrew_boards::Board;
 use leadscrew_f407emu::Tamper;
+use leadscrew_machine::step_timing::StepTiming;
 use std::{fs, path::Path, sync::Arc};
 
 /// The rate of the serial line, baud, unless the firmware is built for another.
@@ -29,6 +31,10 @@ pub(crate) struct Build {
     pub(crate) wiring: &'static Wiring,
     /// The rate of its serial line, baud.
     pub(crate) baud: u32,
+    /// The times of making steps with which it plans.
+    pub(crate) timing: StepTiming,
+    /// The board's record in the flash, where the firmware has no pins of its own.
+    pub(crate) record: Option<Arc<[u8]>>,
     /// The fault that is planted from power-up on.
     pub(crate) fault: Option<Fault>,
 }
@@ -40,12 +46,23 @@ impl Build {
             elf: fs::read(path).map_err(unread)?.into(),
             wiring,
             baud,
+            timing: StepTiming::F407,
+            record: None,
             fault: None,
         })
     }
 }
 
 impl Build {
+    /// The same with this record in the flash.
+    pub(crate) fn with_record(&self, record: &[u8]) -> Self {
+        Build {
+            record: Some(record.into()),
+            timing: StepTiming::F407_RECORD,
+            ..self.clone()
+        }
+    }
+
     /// The flash address of the byte that is at `address` when the program runs.
     pub(crate) fn load_address(&self, address: u32) -> Result<u32, Failure> {
         let file = object::read::elf::ElfFile32::<object::Endianness>::parse(&*self.elf)?;
@@ -74,6 +91,9 @@ pub(crate) struct Firmware {
     pub(crate) machines: [Build; 5],
     /// For more boards, by name, as far as they have been built: three motors each.
     pub(crate) more: Vec<(&'static str, Build)>,
+    /// Without pins: for boards of three motors that begin where the flash does, and for those that
+    /// begin behind a bootloader.
+    pub(crate) without_pins: [Build; 2],
     /// For the machine of `four_axes.toml`, if built.
     pub(crate) four_axes: Option<Build>,
 }
@@ -101,6 +121,10 @@ impl Firmware {
             more: more.into_iter().filter_map(built).collect(),
             // The SKR 2 with its fourth driver on an axis of its own instead of Y.
             four_axes: read("four-axes", &DUAL_Y, USUAL_BAUD).ok(),
+            without_pins: [
+                read("record", &DISCOVERY, USUAL_BAUD)?,
+                read("record-behind", &SKR_2, USUAL_BAUD)?,
+            ],
             machines: [
                 read("machine-file-000", &DISCOVERY_4, USUAL_BAUD)?,
                 read("machine-file-001", &DISCOVERY, USUAL_BAUD)?,
@@ -129,6 +153,19 @@ impl Firmware {
         Build::read(&Path::new(folder).join("skr-2"), &SKR_2, USUAL_BAUD)
     }
 
+    /// The build without pins for a board that comes with the firmware, and its record in the flash.
+    pub(crate) fn recorded(&self, name: &str, wiring: &'static Wiring) -> Result<Build, Failure> {
+        let start = |build: &&Build| build.wiring.start == wiring.start;
+        let build = self.without_pins.iter().find(start);
+        let build = build.ok_or_else(|| Failure(format!("no build begins where {name} does")))?;
+        let board = Board::find(name, Path::new("")).map_err(Failure)?;
+        let record = board.record().map_err(|why| Failure(why.to_string()))?;
+        Ok(Build {
+            wiring,
+            ..build.with_record(&record)
+        })
+    }
+
     /// The same builds with a fault.
     pub(crate) fn with(&self, fault: Fault) -> Self {
         let mut faulty = self.clone();
@@ -138,7 +175,7 @@ impl Firmware {
         faulty.others.skr_2.fault = Some(fault);
         faulty.others.dual_y.fault = Some(fault);
         faulty.others.core_xy.fault = Some(fault);
-        for build in &mut faulty.machines {
+        for build in faulty.machines.iter_mut().chain(&mut faulty.without_pins) {
             build.fault = Some(fault);
         }
         let more = faulty.more.iter_mut().map(|(_, build)| build);

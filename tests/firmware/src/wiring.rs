@@ -6,6 +6,9 @@ use leadscrew_f407emu::{Pin, SerialPort};
 /// The first address of the flash, where most programs begin.
 pub(crate) const FLASH: u32 = 0x0800_0000;
 
+/// Where the record of every board here is: sector 3 of the flash.
+pub(crate) const RECORD: u32 = FLASH + 0xC000;
+
 /// A switch.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Switch {

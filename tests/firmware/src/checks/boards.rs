@@ -22,15 +22,15 @@ use leadscrew_sim::{profile::Profile, Rate};
 const TRACE: &str = "line_xyz";
 /// The steps from each carriage to its limit switch at power-up. The second motor of Y has another
 /// number, because the gantry is askew.
-const AWAY: [i64; 4] = [700, 1300, 411, 1337];
+pub(super) const AWAY: [i64; 4] = [700, 1300, 411, 1337];
 /// The frequency of the power output for which each build is made, Hz, and the number of levels
 /// above off at that frequency, as `crates/board-f407/src/pwm.rs` states them. Machine 003 has TIM1
 /// and the SKR 2 TIM9, both on APB2.
 const MACHINE_003_POWER: (u64, u64) = (50, 64_615);
-const SKR_2_POWER: (u64, u64) = (10_000, 16_800);
+pub(super) const SKR_2_POWER: (u64, u64) = (10_000, 16_800);
 const CORE_XY_POWER: (u64, u64) = (1_000, 56_000);
 /// The Octopus and the Spider have TIM4, on APB1, and the Fly-407ZG has TIM1.
-const MORE_POWER: [(&str, (u64, u64)); 3] = [
+pub(super) const MORE_POWER: [(&str, (u64, u64)); 3] = [
     ("octopus", (10_000, 8_400)),
     ("fly-407zg", (10_000, 16_800)),
     ("spider", (1_000, 42_000)),
@@ -69,7 +69,13 @@ fn ensure_traces(
         let (bench, steps) = motion::run_queued(build, &job)?;
         let settings = format!("{}{}", job.settings, motion::AFTER_ALL);
         let kinematics = kinematics.clone();
-        let mut planned = desk::plan_with(kinematics, &settings, &job.program, Rate::NeverWaits)?;
+        let mut planned = desk::plan_with(
+            kinematics,
+            build.timing,
+            &settings,
+            &job.program,
+            Rate::NeverWaits,
+        )?;
         gang(&mut planned, build.wiring);
         compare::to_the_tick(&steps, &planned)?;
         let skew = bench.pins.extremes.skew;
@@ -109,7 +115,7 @@ fn ensure_outputs(build: &Build, (hz, levels): (u64, u64)) -> Result<(), Failure
 }
 
 /// Runs all checks of one board.
-fn ensure_works<const MOTORS: usize>(
+pub(super) fn ensure_works<const MOTORS: usize>(
     build: &Build,
     belts: Belts,
     power: (u64, u64),

@@ -73,7 +73,7 @@ fn profile(bench: &Bench, irq: u8) -> &Profile {
 
 /// The costs of step interrupts at which three motors step, with cold caches.
 fn of_steps(firmware: &Firmware) -> Result<Vec<Cost>, Failure> {
-    let bench = timing::busy_with_three_motors(firmware)?;
+    let bench = timing::busy_with_three_motors(&firmware.usual)?;
     let interrupts = Interrupts::of(&bench);
     let latencies = bench.pins.steps.iter().map(|step| step.latency.into());
     let (edge, _) = middle_and_most(&latencies.collect::<Vec<u64>>());

@@ -79,6 +79,12 @@ impl Interrupts {
         interrupts.busiest = at_speed.max().unwrap_or(0);
         interrupts
     }
+
+    /// The longest tick of all.
+    pub(super) fn longest(&self) -> u64 {
+        let ticks = self.stepping.iter().chain(&self.loads);
+        ticks.copied().fold(self.run_out, u64::max)
+    }
 }
 
 fn length(service: &Service) -> u64 {

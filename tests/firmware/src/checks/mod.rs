@@ -17,6 +17,7 @@ mod raster;
 pub(crate) mod rate;
 pub(crate) mod rates;
 mod realtime;
+mod records;
 mod stall;
 mod start_up;
 mod stopping;
@@ -292,6 +293,24 @@ pub(crate) const CHECKS: &[Check] = &[
         what: "the builds for boards that came later, and four axes on an SKR 2: the same, and every pin is safe at once",
         subset: false,
         run: boards::more,
+    },
+    Check {
+        name: "records",
+        what: "one build without pins for each start, six boards' records: pins safe within 50 us, 150 with 64 settings; the same as in `boards` of each",
+        subset: false,
+        run: records::records,
+    },
+    Check {
+        name: "no-record",
+        what: "a build without pins and no record, or a wrong one: locked, one message, $I, ? and $$ answer, no pin is driven, nothing is stored",
+        subset: true,
+        run: records::none,
+    },
+    Check {
+        name: "record-interrupt",
+        what: "builds without pins, steps on one port and on three: a tick takes at most a tenth more than with pins compiled in, 588 cycles with a segment",
+        subset: true,
+        run: records::interrupt,
     },
     Check {
         name: "machines",

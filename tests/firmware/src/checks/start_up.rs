@@ -23,11 +23,14 @@ fn is_off(bench: &Bench, pin: Pin) -> bool {
     bench.machine.drives(pin) && !bench.machine.level(pin)
 }
 
-/// The time after reset at which a pin is first driven, µs.
-fn first_driven(build: &Build, pin: Pin) -> Result<f64, Failure> {
+/// The time after reset at which a pin is first driven, µs; `latest_us` at most.
+fn first_driven(build: &Build, pin: Pin, latest_us: f64) -> Result<f64, Failure> {
     let mut bench = Bench::switch_on(build)?;
     while !is_off(&bench, pin) {
-        ensure(bench.machine.cycle() < LOOK, || format!("{pin} floats"))?;
+        let passed_us = bench.machine.cycle() as f64 * 1e6 / INTERNAL_HZ;
+        ensure(passed_us <= latest_us, || {
+            format!("{pin} floats for more than {latest_us} us")
+        })?;
         ensure(!bench.machine.drives(pin), || format!("{pin} is high"))?;
         bench.run_to(bench.machine.cycle() + 1)?;
     }
@@ -37,6 +40,15 @@ fn first_driven(build: &Build, pin: Pin) -> Result<f64, Failure> {
 /// Checks that the pins that could do harm, and the `further` ones, are off from the time when they
 /// are first driven until the banner.
 pub(super) fn ensure_off_at_once(build: &Build, further: &[Pin]) -> Result<String, Failure> {
+    ensure_off_within(build, further, DRIVEN_US)
+}
+
+/// The same with another time until they are driven, µs.
+pub(super) fn ensure_off_within(
+    build: &Build,
+    further: &[Pin],
+    driven_us: f64,
+) -> Result<String, Failure> {
     let wiring = build.wiring;
     let motors = wiring.step.iter().chain(wiring.direction);
     let pins: Vec<Pin> = motors
@@ -44,16 +56,13 @@ pub(super) fn ensure_off_at_once(build: &Build, further: &[Pin]) -> Result<Strin
         .chain(further)
         .copied()
         .collect();
-    let power = first_driven(build, wiring.power)?;
+    let power = first_driven(build, wiring.power, driven_us)?;
     let mut last = power;
     for pin in &pins {
-        last = last.max(first_driven(build, *pin)?);
+        last = last.max(first_driven(build, *pin, driven_us)?);
     }
-    ensure(last <= DRIVEN_US, || {
-        format!("a pin floats for {last:.1} us")
-    })?;
     let mut bench = Bench::switch_on(build)?;
-    bench.run_to((DRIVEN_US * INTERNAL_HZ / 1e6) as u64)?;
+    bench.run_to((driven_us * INTERNAL_HZ / 1e6) as u64)?;
     while bench.heard().is_empty() {
         let on = pins.iter().find(|pin| !is_off(&bench, **pin));
         ensure(on.is_none(), || {

@@ -161,8 +161,8 @@ pub(super) const PULSE_US: u32 = 3;
 
 /// Runs three motors together up to 100 000 steps/s and back, with cold caches and power that
 /// changes at every tick.
-pub(super) fn busy_with_three_motors(firmware: &Firmware) -> Result<Bench, Failure> {
-    let mut bench = Bench::boot(&firmware.usual)?;
+pub(super) fn busy_with_three_motors(build: &Build) -> Result<Bench, Failure> {
+    let mut bench = Bench::boot(build)?;
     bench.cold();
     bench.ignore_power();
     bench.commands(&settings(PULSE_US, 100_000.0, 2000))?;
@@ -175,15 +175,10 @@ pub(super) fn busy_with_three_motors(firmware: &Firmware) -> Result<Bench, Failu
     Ok(bench)
 }
 
-/// No step interrupt may take longer than allowed, including those that load a segment.
-pub(crate) fn step_interrupt(firmware: &Firmware) -> Result<Figures, Failure> {
-    let bench = busy_with_three_motors(firmware)?;
-    let Interrupts {
-        stepping,
-        loads,
-        ends,
-        ..
-    } = Interrupts::of(&bench);
+/// Measures the step interrupts with three motors; the interrupts and their figures.
+pub(super) fn measure(build: &Build) -> Result<(Interrupts, Figures), Failure> {
+    let bench = busy_with_three_motors(build)?;
+    let interrupts = Interrupts::of(&bench);
     let mut figures = Figures::default();
     let mut add = |what: &str, lengths: &[u64]| {
         let (middle, most) = middle_and_most(lengths);
@@ -193,22 +188,30 @@ pub(crate) fn step_interrupt(firmware: &Firmware) -> Result<Figures, Failure> {
             format!("{middle} cycles in the middle, {most} at most, {count} interrupts"),
         );
     };
-    add("three motors step, entry to exit", &stepping);
-    add("a tick that loads a segment", &loads);
-    add("a pulse ends", &ends);
-
-    if stepping.is_empty() {
+    add("three motors step, entry to exit", &interrupts.stepping);
+    add("a tick that loads a segment", &interrupts.loads);
+    add("a pulse ends", &interrupts.ends);
+    if interrupts.stepping.is_empty() {
         return fail(format!(
             "no interrupt with three motors stepping\n{figures}"
         ));
     }
+    Ok((interrupts, figures))
+}
+
+/// No step interrupt may take longer than allowed, including those that load a segment.
+pub(crate) fn step_interrupt(firmware: &Firmware) -> Result<Figures, Failure> {
+    let (interrupts, figures) = measure(&firmware.usual)?;
+    let Interrupts {
+        stepping, loads, ..
+    } = &interrupts;
     ensure(
         loads.len() * 100 <= LOADS_PERCENT * (loads.len() + stepping.len()),
         || {
             format!("more than {LOADS_PERCENT} % of the ticks take longer than {TICK} cycles\n{figures}")
         },
     )?;
-    ensure(longest_tick(&bench) <= LOADING, || {
+    ensure(interrupts.longest() <= LOADING, || {
         format!("more than {LOADING} cycles\n{figures}")
     })?;
     Ok(figures)

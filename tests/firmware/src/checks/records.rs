@@ -1,0 +1,222 @@
+//! Builds without pins: each board's record makes them that board's, and without a sound record
+//! nothing moves.
+use super::{
+    boards::{self, AWAY, MORE_POWER, SKR_2_POWER},
+    homing::Belts,
+    interrupts::{middle_and_most, Interrupts},
+    start_up, timing, Figures,
+};
+use crate::{
+    bench::{ensure, Bench, Failure},
+    firmware::{Build, Firmware},
+    wiring::{Wiring, DISCOVERY, FLY_407ZG, MACHINE_003, OCTOPUS, SKR_2, SPIDER},
+};
+use leadscrew_boards::Board;
+use leadscrew_f407emu::Pin;
+use leadscrew_record::{Refusal, FIXED, SETTINGS};
+use std::path::Path;
+
+/// From reset to where a pin that could do harm is driven and off, µs: the record is checked before.
+const DRIVEN_US: f64 = 50.0;
+/// The same with as many settings in the record as it may have.
+const DRIVEN_LONGEST_US: f64 = 150.0;
+/// The most that a tick which loads a segment may take, cycles: what `profile/recorded.rs` of the
+/// board says of a line.
+const LOADING: u64 = 588;
+/// How much more a tick may take than with pins that are compiled in.
+const DEARER_PERCENT: u64 = 10;
+/// Levels of the power of the Discovery and of machine 003, which have TIM4 and TIM1.
+const DISCOVERY_POWER: (u64, u64) = (10_000, 8_400);
+const MACHINE_003_POWER: (u64, u64) = (10_000, 16_800);
+
+const ALL: &str = "<Idle|MPos:-1.000,-1.000,-1.000|";
+const ONLY_Z: &str = "<Idle|MPos:0.000,0.000,-1.000|";
+
+/// The boards of three motors: their pins, their power, and where they are once they are home.
+fn all() -> [(&'static str, &'static Wiring, (u64, u64), &'static str); 6] {
+    let [octopus, fly, spider] = MORE_POWER.map(|(_, power)| power);
+    [
+        ("discovery", &DISCOVERY, DISCOVERY_POWER, ALL),
+        ("machine-003", &MACHINE_003, MACHINE_003_POWER, ONLY_Z),
+        ("skr-2", &SKR_2, SKR_2_POWER, ALL),
+        ("octopus", &OCTOPUS, octopus, ALL),
+        ("fly-407zg", &FLY_407ZG, fly, ALL),
+        ("spider", &SPIDER, spider, ALL),
+    ]
+}
+
+/// One build for each start: every board that has it is driven as by a build of its own.
+pub(crate) fn records(firmware: &Firmware) -> Result<Figures, Failure> {
+    let [x, y, z, _] = AWAY;
+    let mut figures = Figures::default();
+    for (name, wiring, power, homed) in all() {
+        let build = firmware.recorded(name, wiring)?;
+        let named = |Failure(words)| Failure(format!("{name}: {words}"));
+        let safe = start_up::ensure_off_within(&build, &[], DRIVEN_US).map_err(named)?;
+        let works = boards::ensure_works(&build, Belts::Straight, power, [x, y, z], homed);
+        figures.add(name, format!("{}; {safe}", works.map_err(named)?));
+    }
+    let longest = longest(firmware)?;
+    let safe = start_up::ensure_off_within(&longest, &[], DRIVEN_LONGEST_US)?;
+    figures.add(format!("{SETTINGS} settings"), safe);
+    Ok(figures)
+}
+
+/// The Discovery with the longest record: settings that no machine has.
+fn longest(firmware: &Firmware) -> Result<Build, Failure> {
+    const UNKNOWN: usize = 900;
+    let mut board = Board::find("discovery", Path::new("")).map_err(Failure)?;
+    let settings = (UNKNOWN..UNKNOWN + SETTINGS).map(|number| (format!("${number}"), 1));
+    board.defaults = settings.collect();
+    let record = board.record().map_err(|why| Failure(why.to_string()))?;
+    Ok(firmware
+        .recorded("discovery", &DISCOVERY)?
+        .with_record(&record))
+}
+
+/// The cost of pins that are not compiled in: on a board with all steps on one port, and on one with
+/// three.
+pub(crate) fn interrupt(firmware: &Firmware) -> Result<Figures, Failure> {
+    let mut figures = Figures::default();
+    let mut costs = Vec::new();
+    let skr_2 = &firmware.others.skr_2;
+    for (name, wiring, wired) in [
+        ("discovery", &DISCOVERY, &firmware.usual),
+        ("skr-2", &SKR_2, skr_2),
+    ] {
+        let (before, compiled_in) = timing::measure(wired)?;
+        let (after, recorded) = timing::measure(&firmware.recorded(name, wiring)?)?;
+        figures.add(format!("{name}, compiled in"), format!("\n{compiled_in}"));
+        figures.add(format!("{name}, from its record"), format!("\n{recorded}"));
+        let middle = |interrupts: &Interrupts| middle_and_most(&interrupts.stepping).0;
+        costs.push((name, middle(&before), middle(&after), after.longest()));
+    }
+    for (name, before, tick, longest) in costs {
+        ensure(100 * tick <= (100 + DEARER_PERCENT) * before, || {
+            format!("{name}: a tick takes {tick} cycles in place of {before}\n{figures}")
+        })?;
+        ensure(longest <= LOADING, || {
+            format!("{name}: a tick takes {longest} cycles\n{figures}")
+        })?;
+    }
+    Ok(figures)
+}
+
+/// A record that is wrong, and what the operator is told.
+struct Wrong {
+    what: &'static str,
+    record: Vec<u8>,
+    told: Refusal,
+}
+
+/// Wrong records for a board: none, one of another version, one with another length, ones with one
+/// wrong bit, and one for four motors.
+fn wrong(right: &[u8], other: Vec<u8>) -> Vec<Wrong> {
+    const LENGTH: usize = 10;
+    const SAFE_PINS: usize = 24;
+    let one = |what, place: usize, bits: u8, told| {
+        let mut record = right.to_vec();
+        record[place] ^= bits;
+        Wrong { what, record, told }
+    };
+    vec![
+        Wrong {
+            what: "none",
+            record: Vec::new(),
+            told: Refusal::Missing,
+        },
+        Wrong {
+            what: "four motors",
+            record: other,
+            told: Refusal::Shape,
+        },
+        one("another version", 8, 2, Refusal::Version),
+        one("a wrong length", LENGTH, 1, Refusal::Length),
+        one("a wrong checksum", 4, 0x80, Refusal::Checksum),
+        one("a wrong safe pin", SAFE_PINS, 1, Refusal::Checksum),
+        one("a wrong last bit", FIXED - 1, 0x80, Refusal::Checksum),
+    ]
+}
+
+/// Without a sound record: locked, one message, and no pin is driven; the settings are left alone.
+pub(crate) fn none(firmware: &Firmware) -> Result<Figures, Failure> {
+    let mut figures = Figures::default();
+    let other = Board::find("skr-2-dual-y", Path::new("")).map_err(Failure)?;
+    let other = other.record().map_err(|why| Failure(why.to_string()))?;
+    for (name, wiring) in [("discovery", &DISCOVERY), ("skr-2", &SKR_2)] {
+        let build = firmware.recorded(name, wiring)?;
+        let right = build.record.as_deref().unwrap_or_default();
+        let mut count = 0;
+        for case in wrong(right, other.clone()) {
+            let held = ensure_locked(&build.with_record(&case.record), &case);
+            held.map_err(|Failure(words)| Failure(format!("{name}, {}: {words}", case.what)))?;
+            count += 1;
+        }
+        figures.add(name, format!("{count} wrong records, locked with each"));
+    }
+    Ok(figures)
+}
+
+fn ensure_locked(build: &Build, case: &Wrong) -> Result<(), Failure> {
+    let mut bench = Bench::switch_on(build)?;
+    let before = bench.hear_banner()?;
+    let message = format!("[MSG:{}]", case.told);
+    let after = bench.hear_until(1.0, |line| line.starts_with("[MSG:"))?;
+    let told = before
+        .iter()
+        .chain(&after)
+        .filter(|line| line.starts_with("[MSG:"));
+    let told: Vec<&String> = told.collect();
+    ensure(told == [&message], || format!("says {told:?}"))?;
+    ensure_answers(&mut bench)?;
+    bench.command("$22=1")?;
+    for line in ["$X", "$H"] {
+        let heard = bench.say(line)?;
+        ensure(heard == [&message, "error:9"], || {
+            format!("{line}: {heard:?}")
+        })?;
+    }
+    for (line, expected) in [
+        ("G1X1F100", "error:9"),
+        ("M3S1000", "error:9"),
+        ("$J=X1F100", "error:8"),
+        ("$100=200", "ok"),
+    ] {
+        let heard = bench.say(line)?;
+        ensure(heard == [expected], || format!("{line}: {heard:?}"))?;
+    }
+    bench.send("\x18");
+    bench.hear_boot()?;
+    ensure_answers(&mut bench)?;
+    let operations = bench.machine.flash_operations().len();
+    ensure(operations == 0, || {
+        format!("the flash is written {operations} times")
+    })?;
+    ensure_floats(&bench, build.wiring, case.told)
+}
+
+/// Reports and lists come, and the state is Alarm.
+fn ensure_answers(bench: &mut Bench) -> Result<(), Failure> {
+    let status = bench.status()?;
+    ensure(status.starts_with("<Alarm|"), || status.clone())?;
+    for (line, row) in [("$I", "[VER:1.1h"), ("$$", "$100=")] {
+        let rows = bench.command(line)?;
+        ensure(rows.iter().any(|one| one.starts_with(row)), || {
+            format!("{line}: {rows:?}")
+        })?;
+    }
+    Ok(())
+}
+
+/// No pin of the board is driven: nobody knows them. A record that is whole has made its own safe,
+/// whatever machine it is for.
+fn ensure_floats(bench: &Bench, wiring: &Wiring, told: Refusal) -> Result<(), Failure> {
+    if told == Refusal::Shape {
+        return Ok(());
+    }
+    let motors = wiring.step.iter().chain(wiring.direction);
+    let others = [&wiring.power, &wiring.spindle].into_iter();
+    let mut pins = motors.chain(others).chain(wiring.high);
+    let driven: Option<&Pin> = pins.find(|pin| bench.machine.drives(**pin));
+    ensure(driven.is_none(), || format!("{driven:?} is driven"))
+}
