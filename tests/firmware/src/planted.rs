@@ -44,10 +44,13 @@ const IWDG: u32 = 0x4000_3000;
 const USART2: u32 = 0x4000_4400;
 const PWR: u32 = 0x4000_7000;
 const EXTI: u32 = 0x4001_3C00;
+const GPIOA: u32 = 0x4002_0000;
 const GPIOD: u32 = 0x4002_0C00;
 const GPIOE: u32 = 0x4002_1000;
 const RCC: u32 = 0x4002_3800;
 const FLASH: u32 = 0x4002_3C00;
+/// The data register of the CRC unit.
+const CRC: u32 = 0x4002_3000;
 /// The priorities of interrupts, one byte each.
 const NVIC_IPR: u32 = 0xE000_E400;
 const OTG_FS_IRQ: u32 = 67;
@@ -73,6 +76,18 @@ pub(crate) const PLANTED: &[Planted] = &[
         FLASH,
         |word| Some(word & !(0b11 << 9)),
         &["costs"],
+    ),
+    planted(
+        "a board's record is not summed up as it is",
+        CRC,
+        |word| Some(word ^ 1),
+        &["records"],
+    ),
+    planted(
+        "a pin beside the serial line's is driven",
+        GPIOA,
+        |word| Some(word & !(0b11 << 16) | 0b01 << 16),
+        &["no-record"],
     ),
     planted(
         "a tick that was missed is not made to come",

@@ -44,6 +44,13 @@ impl Store {
     const fn whole(address: u32, value: u32) -> Self {
         Self::new(address, u32::MAX, value)
     }
+
+    #[cfg(not(record))]
+    fn make(&self) {
+        let register = self.address as *mut u32;
+        // SAFETY: a register of a port that has its clock; any context may make its pins safe.
+        unsafe { register.write_volatile(register.read_volatile() & !self.clear | self.set) };
+    }
 }
 
 /// Ends everything that a bootloader may have left running: SysTick, pending SysTick and PendSV

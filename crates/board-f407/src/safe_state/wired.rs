@@ -7,14 +7,6 @@ use crate::{
 };
 use core::arch::global_asm;
 
-impl Store {
-    fn make(&self) {
-        let register = self.address as *mut u32;
-        // SAFETY: a register of a port that has its clock; any context may make its pins safe.
-        unsafe { register.write_volatile(register.read_volatile() & !self.clear | self.set) };
-    }
-}
-
 /// The pins that could do harm, and the levels at which they do not: power first.
 const PINS: ([Pin; MOST], [bool; MOST], usize) = {
     let (mut pins, mut levels, mut count) = ([PROFILE.power.pin; MOST], [false; MOST], 1);
