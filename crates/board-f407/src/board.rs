@@ -7,6 +7,13 @@ use leadscrew_machine::board::{
 use leadscrew_stepper::Power;
 use stm32f4::stm32f407::Interrupt;
 
+#[cfg(record)]
+use crate::record_flash;
+#[cfg(record)]
+use leadscrew_machine::protocol::status::Status;
+#[cfg(record)]
+use leadscrew_record::Incoming;
+
 /// The main loop's end of the board.
 pub(crate) struct F407 {
     serial: serial::Writer,
@@ -17,6 +24,9 @@ pub(crate) struct F407 {
     /// Why it can move nothing.
     #[cfg(record)]
     locked: Option<&'static str>,
+    /// Its record, as far as it has come over a line.
+    #[cfg(record)]
+    incoming: Incoming,
 }
 
 impl F407 {
@@ -29,6 +39,8 @@ impl F407 {
             power: pwm::Channel::new(),
             #[cfg(record)]
             locked: None,
+            #[cfg(record)]
+            incoming: Incoming::new(),
         }
     }
 
@@ -109,6 +121,21 @@ impl Board for F407 {
             if let Some(pin) = pin {
                 pin.switch(on);
             }
+        }
+    }
+
+    #[cfg(record)]
+    const TAKES_RECORD: bool = true;
+
+    #[cfg(record)]
+    fn take_record(&mut self, part: &[u8]) -> (Result<(), Status>, Option<&'static str>) {
+        if !part.is_empty() {
+            let taken = self.incoming.take(part);
+            return (taken.map_err(|_| Status::BadNumber), None);
+        }
+        match record_flash::keep(&self.incoming) {
+            Ok(text) => (Ok(()), Some(text)),
+            Err(text) => (Err(Status::StoreUnreadable), Some(text)),
         }
     }
 

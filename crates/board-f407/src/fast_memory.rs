@@ -78,6 +78,14 @@ pub(crate) fn record(place: usize) -> &'static [u8; SLOT] {
     unsafe { &(*addr_of!(__record))[place % SLOTS] }
 }
 
+/// A word at such a place, as the flash has it now.
+#[cfg(record)]
+pub(crate) fn record_word(place: usize, word: usize) -> u32 {
+    let bytes = record(place).as_ptr().cast::<u32>();
+    // SAFETY: within the place; volatile, since a write of the flash changes it unseen.
+    unsafe { bytes.add(word % (SLOT / 4)).read_volatile() }
+}
+
 /// Where the image begins.
 #[cfg(record)]
 pub(crate) fn start() -> usize {

@@ -27,6 +27,8 @@ mod outputs;
 mod profile;
 #[cfg(target_os = "none")]
 mod pwm;
+#[cfg(all(target_os = "none", record))]
+mod record_flash;
 #[cfg(target_os = "none")]
 mod registers;
 #[cfg(target_os = "none")]

@@ -9,8 +9,8 @@ use crate::chip::{Bank, Timer, Usart};
 use core::sync::atomic::{AtomicU16, AtomicU8};
 use stm32f4::{
     stm32f407::{
-        dma2, exti, flash, gpioi, iwdg, syscfg, tim1, tim11, tim2, tim5, usart1, DMA1, DMA2, GPIOA,
-        IWDG, TIM11, TIM2, TIM5, USART1, USART2,
+        dma2, exti, flash, gpioi, iwdg, syscfg, tim1, tim11, tim2, tim5, usart1, DMA1, DMA2, FLASH,
+        GPIOA, IWDG, TIM11, TIM2, TIM5, USART1, USART2,
     },
     Readable, Reg, RegisterSpec, Resettable, Writable,
 };
@@ -195,6 +195,12 @@ pub(crate) fn converter() -> &'static adc1::RegisterBlock {
 pub(crate) fn converters() -> &'static adc_common::RegisterBlock {
     // SAFETY: as `converter`.
     unsafe { &*ADC_COMMON::ptr() }
+}
+
+/// The flash's controller: whoever writes the flash is in the main loop.
+pub(crate) fn flash() -> &'static flash::RegisterBlock {
+    // SAFETY: as `Harmless` says of its control register.
+    unsafe { &*FLASH::ptr() }
 }
 
 /// The independent watchdog.

@@ -6,10 +6,14 @@
 //! start-up where it is needed, on a new chip, too; later only where both sectors were filled
 //! since.
 use crate::{
-    profile, pwm, registers::Word, sector::Sector, step_interrupt::SHARED, switches, watchdog,
+    profile, pwm,
+    registers::{self, Word},
+    sector::Sector,
+    step_interrupt::SHARED,
+    switches, watchdog,
 };
 use leadscrew_machine::settings::flash::{Area, SettingsStore};
-use stm32f4::stm32f407::FLASH;
+use stm32f4::stm32f407::{flash, FLASH};
 
 /// Bytes of a sector that are used: all of a small one.
 const AREA: usize = 16 * 1024;
@@ -25,54 +29,78 @@ pub(crate) enum FlashError {
 
 /// The two sectors.
 pub(crate) struct Sectors {
-    flash: FLASH,
+    _flash: FLASH,
 }
 
 impl Sectors {
     /// Takes the flash.
     pub(crate) fn new(flash: FLASH) -> Self {
-        Self { flash }
+        Self { _flash: flash }
     }
+}
 
-    /// Lets `work` write the flash, then checks the controller's error flags, and clears the
-    /// caches.
-    fn unlocked(&self, work: impl FnOnce(&FLASH)) -> Result<(), FlashError> {
-        let flash = &self.flash;
-        flash.keyr().write(|w| w.key().set(0x4567_0123));
-        flash.keyr().write(|w| w.key().set(0xCDEF_89AB));
-        // The error flags and the end-of-operation flag are cleared by ones (RM0090 section 3.9.5).
-        flash.sr().put(0xF3);
-        work(flash);
-        while flash.sr().read().bsy().bit_is_set() {}
-        let errors = flash.sr().read().bits() & 0xF2;
-        // The lock bit alone; PG, SER and the sector number go back to zero.
-        flash.cr().put(1 << 31);
-        self.reset_caches();
-        if errors == 0 {
-            Ok(())
-        } else {
-            Err(FlashError::Refused)
+/// Lets `work` write the flash, then checks the controller's error flags, and clears the
+/// caches.
+fn unlocked(work: impl FnOnce(&flash::RegisterBlock)) -> Result<(), FlashError> {
+    let flash = registers::flash();
+    flash.keyr().write(|w| w.key().set(0x4567_0123));
+    flash.keyr().write(|w| w.key().set(0xCDEF_89AB));
+    // The error flags and the end-of-operation flag are cleared by ones (RM0090 section 3.9.5).
+    flash.sr().put(0xF3);
+    work(flash);
+    while flash.sr().read().bsy().bit_is_set() {}
+    let errors = flash.sr().read().bits() & 0xF2;
+    // The lock bit alone; PG, SER and the sector number go back to zero.
+    flash.cr().put(1 << 31);
+    reset_caches();
+    if errors == 0 {
+        Ok(())
+    } else {
+        Err(FlashError::Refused)
+    }
+}
+
+/// The caches may hold old data (RM0090 section 3.6.4). They have to be off for the reset.
+fn reset_caches() {
+    let access = registers::flash().acr();
+    access.modify(|_, w| w.dcen().disabled().icen().disabled());
+    access.modify(|_, w| w.dcrst().reset().icrst().reset());
+    access.modify(|_, w| w.dcrst().no_reset().icrst().no_reset());
+    access.modify(|_, w| w.dcen().enabled().icen().enabled());
+}
+
+fn erase_sector(sector: Sector) -> Result<(), FlashError> {
+    unlocked(|flash| {
+        // Sector erase, 32 bits at a time (2.7 V and more), the sector's number, start (RM0090
+        // section 3.9.7).
+        flash
+            .cr()
+            .put(1 << 16 | 0b10 << 8 | u32::from(sector.0) << 3 | 1 << 1);
+    })
+}
+
+/// Programs words from an address on, which are empty.
+pub(crate) fn program(start: usize, bytes: &[u8]) -> Result<(), FlashError> {
+    if !start.is_multiple_of(4) || !bytes.len().is_multiple_of(4) {
+        return Err(FlashError::OutOfBounds);
+    }
+    unlocked(|flash| {
+        // Programming, 32 bits at a time.
+        flash.cr().put(0b10 << 8 | 1);
+        for (word, place) in bytes.chunks_exact(4).zip((start..).step_by(4)) {
+            let word = word
+                .iter()
+                .rev()
+                .fold(0, |all, byte| all << 8 | u32::from(*byte));
+            // SAFETY: a word of the sector, erased before; the controller takes one word at a
+            // time.
+            #[allow(unsafe_code)]
+            unsafe {
+                (place as *mut u32).write_volatile(word);
+            }
+            while flash.sr().read().bsy().bit_is_set() {}
         }
-    }
-
-    /// The caches may hold old data (RM0090 section 3.6.4). They have to be off for the reset.
-    fn reset_caches(&self) {
-        let access = self.flash.acr();
-        access.modify(|_, w| w.dcen().disabled().icen().disabled());
-        access.modify(|_, w| w.dcrst().reset().icrst().reset());
-        access.modify(|_, w| w.dcrst().no_reset().icrst().no_reset());
-        access.modify(|_, w| w.dcen().enabled().icen().enabled());
-    }
-
-    fn erase_sector(&self, sector: Sector) -> Result<(), FlashError> {
-        self.unlocked(|flash| {
-            // Sector erase, 32 bits at a time (2.7 V and more), the sector's number, start (RM0090
-            // section 3.9.7).
-            flash
-                .cr()
-                .put(1 << 16 | 0b10 << 8 | u32::from(sector.0) << 3 | 1 << 1);
-        })
-    }
+    })
 }
 
 /// The sector of an area.
@@ -116,26 +144,7 @@ impl SettingsStore for Sectors {
 
     fn write(&mut self, area: Area, offset: usize, bytes: &[u8]) -> Result<(), FlashError> {
         let start = address(area, offset, bytes.len())?;
-        if !start.is_multiple_of(4) || !bytes.len().is_multiple_of(4) {
-            return Err(FlashError::OutOfBounds);
-        }
-        self.unlocked(|flash| {
-            // Programming, 32 bits at a time.
-            flash.cr().put(0b10 << 8 | 1);
-            for (word, place) in bytes.chunks_exact(4).zip((start..).step_by(4)) {
-                let word = word
-                    .iter()
-                    .rev()
-                    .fold(0, |all, byte| all << 8 | u32::from(*byte));
-                // SAFETY: a word of the sector, erased before; the controller takes one word at a
-                // time.
-                #[allow(unsafe_code)]
-                unsafe {
-                    (place as *mut u32).write_volatile(word);
-                }
-                while flash.sr().read().bsy().bit_is_set() {}
-            }
-        })
+        program(start, bytes)
     }
 
     fn erase(&mut self, area: Area) -> Result<(), FlashError> {
@@ -149,7 +158,7 @@ impl SettingsStore for Sectors {
             SHARED.is_laser_off()
         };
         pwm::off_during(
-            || watchdog::patiently(|| self.erase_sector(sector)),
+            || watchdog::patiently(|| erase_sector(sector)),
             gate_is_shut,
         )
     }

@@ -6,7 +6,7 @@ use crate::{
 };
 use leadscrew_record::{
     Content, Motor, Outputs, PinCode, Power, Record, SafeTable, Serial, Setting, Shape, ENABLES,
-    MOTORS, NAME, PROGRAM, SLOT,
+    MOTORS, NAME, PART, PROGRAM, SLOT,
 };
 use std::fmt;
 
@@ -76,6 +76,24 @@ impl Board {
         let content = self.content(count);
         let length = Record::pack(&content, &settings, &mut bytes).ok_or(TooLong)?;
         Ok(bytes[..length].to_vec())
+    }
+
+    /// The lines that bring a record to a firmware: a part of it each, then the end.
+    #[must_use]
+    pub fn record_lines(record: &[u8]) -> Vec<String> {
+        let line = |(number, part): (usize, &[u8])| {
+            let place = (number * PART) as u16; // a record has 2 KiB
+            let mut bytes = place.to_be_bytes().to_vec();
+            bytes.extend(part);
+            let sum = bytes
+                .iter()
+                .fold(0, |sum: u8, byte| sum.wrapping_add(*byte));
+            bytes.push(sum.wrapping_neg());
+            let digits = bytes.iter().map(|byte| format!("{byte:02X}"));
+            format!("$B={}", digits.collect::<String>())
+        };
+        let parts = record.chunks(PART).enumerate().map(line);
+        parts.chain(std::iter::once("$B=".to_owned())).collect()
     }
 
     /// The image of the firmware that it is for, with `defaults` settings.

@@ -39,6 +39,9 @@ pub(super) struct PackArgs {
     /// Put the record into this image (`NAME.bin`), so that one file is flashed.
     #[arg(long, value_name = "IMAGE")]
     into: Option<PathBuf>,
+    /// Write lines that a sender brings to the firmware, which stores the record by itself.
+    #[arg(long, conflicts_with = "into")]
+    lines: bool,
     /// Write this file, which must not be there yet.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
@@ -163,6 +166,15 @@ fn pack(args: &PackArgs) -> Result<bool, Unusable> {
         ))
     })?;
     let record = board.record().map_err(unusable)?;
+    if args.lines {
+        let lines = Board::record_lines(&record);
+        super::machine::write_new(&args.output, lines.join("\n") + "\n")?;
+        let (count, file) = (lines.len(), args.output.display());
+        say(format!(
+            "{file}: {count} lines, to be sent to a firmware of `cargo fw --record`"
+        ))?;
+        return Ok(true);
+    }
     let bytes = match &args.into {
         None => record.clone(),
         Some(path) => joined(path, &record, sector.begin - board.start)?,

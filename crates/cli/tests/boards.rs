@@ -115,6 +115,16 @@ fn a_record_is_packed_alone_or_into_an_image() {
     );
     let record = fs::read(&alone).unwrap();
     assert!(record.starts_with(b"LSBR"));
+    let lines = path("lines.txt");
+    let sent = board(&["pack", "skr-2", "--lines", "-o", &lines]);
+    assert!(text(&sent.stdout).contains("13 lines"));
+    let mut incoming = leadscrew_record::Incoming::new();
+    for line in fs::read_to_string(&lines).unwrap().lines() {
+        match line.strip_prefix("$B=").unwrap() {
+            "" => assert_eq!(incoming.bytes(), record),
+            part => incoming.take(part.as_bytes()).unwrap(),
+        }
+    }
     // An image behind the SKR 2's bootloader; another one that has code where the record goes.
     let joins = |bytes: &[u8], output: &str| {
         fs::write(&image, bytes).unwrap();

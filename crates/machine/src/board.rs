@@ -12,6 +12,7 @@
 //! loop and none may wait: a long job is begun, or done in parts ([`Board::write`]).
 
 use crate::explain::Explain;
+use crate::protocol::status::Status;
 use core::fmt;
 use leadscrew_stepper::{MotorMask, Power};
 
@@ -145,6 +146,16 @@ pub trait Board {
     /// unlocks the machine. A board that knows its pins has no reason.
     fn locked(&self) -> Option<&'static str> {
         None
+    }
+
+    /// Whether the board takes its own description over a line, by `$B=`.
+    const TAKES_RECORD: bool = false;
+
+    /// Takes the text of a line behind `$B=`: a part of the board's description, or its end where
+    /// there is none. At rest only. It may write a flash, for a few ms. Answers a message for the
+    /// operator, too.
+    fn take_record(&mut self, _: &[u8]) -> (Result<(), Status>, Option<&'static str>) {
+        (Err(Status::InvalidStatement), None)
     }
 
     /// The one to whom the machine explains the job: a simulator that draws it or tells why it

@@ -93,7 +93,7 @@ where
         self.console.broadcast(BANNER);
         if let Some(why) = board.locked() {
             self.enter(State::Alarm(Lock::Unlockable));
-            return self.console.message(Message::NoBoard(why));
+            return self.console.message(Message::Board(why));
         }
         if self.is_at_limit(board) {
             self.enter(State::Alarm(Lock::Unlockable));

@@ -42,6 +42,9 @@ where
         board: &mut B,
         now: Instant,
     ) {
+        if let Some(part) = line.strip_prefix(b"$B=").filter(|_| B::TAKES_RECORD) {
+            return self.take_record(id, part, board);
+        }
         let result = match SystemCommand::parse(line, &self.circumstances()) {
             Ok(command) if command.needs_rest() && self.is_about_to_move() => {
                 Err(Status::NotIdle.into())
@@ -59,6 +62,31 @@ where
             }
             Ok(Reply::Later) => {}
             Err(fault) => self.refuse(Origin::Channel(id), fault),
+        }
+    }
+
+    /// `$B=`: the board's description, where the board takes one, at rest.
+    fn take_record<B: Board>(&mut self, id: ChannelId, part: &[u8], board: &mut B) {
+        let rests = match self.state {
+            State::Idle | State::Alarm(_) => self.motion.is_idle(),
+            State::Run
+            | State::Jog(_)
+            | State::Hold(_)
+            | State::Home
+            | State::Door(_)
+            | State::Check
+            | State::Sleep => false,
+        };
+        let (taken, message) = match rests {
+            true => board.take_record(part),
+            false => (Err(Status::NotIdle), None),
+        };
+        if let Some(text) = message {
+            self.console.message(Message::Board(text));
+        }
+        match taken {
+            Ok(()) => self.console.answer(id, Ok(())),
+            Err(status) => self.refuse(Origin::Channel(id), status.into()),
         }
     }
 
@@ -337,7 +365,7 @@ where
     /// door.
     fn allow_leaving<B: Board>(&mut self, board: &B) -> Result<(), Status> {
         if let Some(why) = board.locked() {
-            self.console.message(Message::NoBoard(why));
+            self.console.message(Message::Board(why));
             return Err(Status::Locked);
         }
         let active = self.switches.inputs.active(&board.switches());

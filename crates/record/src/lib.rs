@@ -3,6 +3,7 @@
 #![doc = include_str!("../README.md")]
 
 mod layout;
+mod lines;
 mod pin;
 mod place;
 mod read;
@@ -12,6 +13,7 @@ pub use layout::{
     Content, Head, Motor, Outputs, Power, Record, Serial, Setting, Shape, ENABLES, MOTORS, NAME,
     SETTINGS,
 };
+pub use lines::{Incoming, WrongLine, LONGEST, PART};
 pub use pin::PinCode;
 pub use place::{sector, slot, PROGRAM, SLOT, SLOTS};
 pub use read::{checksum, Refusal, FIXED, MAGIC, UNPROTECTED, VERSION};

@@ -13,7 +13,7 @@ use core::sync::atomic::{AtomicU8, Ordering::Relaxed};
 use heapless::Vec;
 use leadscrew_gcode::Number;
 use leadscrew_machine::{config::MachineConfig, settings::values::Entry, step_timing::StepTiming};
-use leadscrew_record::{Content, Motor, PinCode, Record, Refusal, Shape, SETTINGS};
+use leadscrew_record::{Content, Motor, PinCode, Record, Refusal, Setting, Shape, SETTINGS};
 
 /// The machine that the image is for: how many motors move which axes.
 mod selected {
@@ -52,7 +52,17 @@ fn look_for(defaults: &mut Defaults) -> Result<usize, Refusal> {
         bytes.map_or(u32::MAX, |word| u32::from_le_bytes(*word))
     };
     let place = leadscrew_record::slot(first_word).ok_or(Refusal::Missing)?;
-    let (record, settings) = Record::read(fast_memory::record(place))?;
+    let settings = read(fast_memory::record(place))?;
+    defaults.extend(settings.iter().map(|setting| Entry {
+        number: setting.number.get(),
+        value: Number::from_nanos(setting.nanos.get()),
+    }));
+    Ok(place)
+}
+
+/// The settings of a record for this image.
+pub(crate) fn read(bytes: &[u8]) -> Result<&[Setting], Refusal> {
+    let (record, settings) = Record::read(bytes)?;
     let shape = Shape {
         axes: AXES as u8,
         motors: MOTORS as u8,
@@ -61,11 +71,7 @@ fn look_for(defaults: &mut Defaults) -> Result<usize, Refusal> {
     };
     let start = Sector::at(fast_memory::start());
     record.content.fits(shape, start.0)?;
-    defaults.extend(settings.iter().map(|setting| Entry {
-        number: setting.number.get(),
-        value: Number::from_nanos(setting.nanos.get()),
-    }));
-    Ok(place)
+    Ok(settings)
 }
 
 /// The content of the record in force, or a board without pins. Any context.

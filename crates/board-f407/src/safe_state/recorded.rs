@@ -9,16 +9,11 @@ use crate::{
     profile,
     registers::{port, Word},
 };
-use core::{arch::global_asm, mem::size_of};
-use leadscrew_record::{
-    Setting, FIXED, MAGIC, PORTS, SAFE, SETTINGS, SLOT, SLOTS, UNPROTECTED, VERSION,
-};
+use core::arch::global_asm;
+use leadscrew_record::{FIXED, LONGEST, MAGIC, PORTS, SAFE, SLOT, SLOTS, UNPROTECTED, VERSION};
 
 /// All that is stored at reset besides, in this order.
 static AT_RESET: [Store; FRESH.len()] = FRESH;
-
-/// Bytes of the longest record.
-const LONGEST: usize = FIXED + SETTINGS * size_of::<Setting>();
 
 /// Makes the pins safe. Any context.
 pub(super) fn make_safe() {

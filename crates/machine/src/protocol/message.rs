@@ -26,8 +26,8 @@ pub enum Message {
     CheckLimits,
     /// The reset input is active: nothing unlocks the machine.
     ResetHeld,
-    /// The board cannot move anything: its own words. Nothing unlocks the machine.
-    NoBoard(&'static str),
+    /// The board speaks: why it can move nothing, or what has become of its description.
+    Board(&'static str),
     /// A laser that was lit at rest is dark: its sender has been silent for too long.
     SenderSilent,
     /// M2 or M30.
@@ -56,7 +56,7 @@ impl Message {
             Self::CheckDoor => "Check Door",
             Self::CheckLimits => "Check Limits",
             Self::ResetHeld => "Reset input is active, release it to unlock",
-            Self::NoBoard(text) => text,
+            Self::Board(text) => text,
             Self::SenderSilent => "Laser off, its sender is silent ($707)",
             Self::ProgramEnd => "Pgm End",
             Self::RestoringDefaults => "Restoring defaults",

@@ -307,6 +307,12 @@ pub(crate) const CHECKS: &[Check] = &[
         run: records::none,
     },
     Check {
+        name: "record-lines",
+        what: "a record over the serial line, power lost at every write of the flash: the old or the new one; wrong ones and a ninth are refused",
+        subset: false,
+        run: records::lines,
+    },
+    Check {
         name: "record-interrupt",
         what: "builds without pins, steps on one port and on three: a tick takes at most a tenth more than with pins compiled in, 588 cycles with a segment",
         subset: true,

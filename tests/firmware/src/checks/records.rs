@@ -7,13 +7,13 @@ use super::{
     start_up, timing, Figures,
 };
 use crate::{
-    bench::{ensure, Bench, Failure},
+    bench::{ensure, fail, Bench, Failure},
     firmware::{Build, Firmware},
     wiring::{Wiring, DISCOVERY, FLY_407ZG, MACHINE_003, OCTOPUS, SKR_2, SPIDER},
 };
 use leadscrew_boards::Board;
-use leadscrew_f407emu::Pin;
-use leadscrew_record::{Refusal, FIXED, SETTINGS};
+use leadscrew_f407emu::{Pin, ResetCause};
+use leadscrew_record::{Refusal, FIXED, SETTINGS, SLOTS};
 use std::path::Path;
 
 /// From reset to where a pin that could do harm is driven and off, µs: the record is checked before.
@@ -219,4 +219,115 @@ fn ensure_floats(bench: &Bench, wiring: &Wiring, told: Refusal) -> Result<(), Fa
     let mut pins = motors.chain(others).chain(wiring.high);
     let driven: Option<&Pin> = pins.find(|pin| bench.machine.drives(**pin));
     ensure(driven.is_none(), || format!("{driven:?} is driven"))
+}
+
+/// A board's record with another first value of `$100`.
+fn with_steps(name: &str, steps_per_mm: i32) -> Result<Vec<u8>, Failure> {
+    let mut board = Board::find(name, Path::new("")).map_err(Failure)?;
+    board.defaults.insert("$100".to_owned(), steps_per_mm);
+    board.record().map_err(|why| Failure(why.to_string()))
+}
+
+/// Sends all lines of a record but the one that stores it.
+fn bring(bench: &mut Bench, record: &[u8]) -> Result<(), Failure> {
+    let lines = Board::record_lines(record);
+    let (_, parts) = lines
+        .split_last()
+        .ok_or_else(|| Failure("no lines".into()))?;
+    parts
+        .iter()
+        .try_for_each(|line| bench.command(line).map(drop))
+}
+
+/// The first value of `$100` after a power loss at this cycle; `None` where the machine is locked.
+fn steps_after_loss(bench: &mut Bench, cycle: u64) -> Result<Option<String>, Failure> {
+    bench.machine.reset_at(cycle, ResetCause::PowerOn);
+    bench.run_to(cycle + 100)?;
+    bench.hear_boot()?;
+    let is_locked = bench.status()?.starts_with("<Alarm|");
+    let rows = bench.command("$$")?;
+    let steps = rows.into_iter().find(|row| row.starts_with("$100="));
+    Ok(steps.filter(|_| !is_locked))
+}
+
+/// A record over the serial line: to a board without one, and to a board with one, which has the old
+/// or the new one after a power loss at each write of the flash.
+pub(crate) fn lines(firmware: &Firmware) -> Result<Figures, Failure> {
+    let mut figures = Figures::default();
+    for (name, wiring) in [("discovery", &DISCOVERY), ("skr-2", &SKR_2)] {
+        let build = firmware.recorded(name, wiring)?;
+        let mut bench = Bench::boot(&build.with_record(&[]))?;
+        bring(&mut bench, &with_steps(name, 111)?)?;
+        bench.command("$B=")?;
+        let now = bench.machine.cycle();
+        let first = steps_after_loss(&mut bench, now + 1_000)?;
+        ensure(first.as_deref() == Some("$100=111.000"), || {
+            format!("{first:?}")
+        })?;
+        let losses = ensure_old_or_new(&mut bench, name)?;
+        figures.add(
+            name,
+            format!("stored; {losses} power losses, the old or the new one"),
+        );
+        ensure_refuses(&mut bench, name)?;
+    }
+    Ok(figures)
+}
+
+/// Power is lost at each write of the flash that a second record takes; how many they are.
+fn ensure_old_or_new(bench: &mut Bench, name: &str) -> Result<usize, Failure> {
+    bring(bench, &with_steps(name, 222)?)?;
+    bench.machine.clear_records();
+    let before = bench.clone();
+    bench.command("$B=")?;
+    let operations = bench.machine.flash_operations().to_vec();
+    let mut seen = [0; 2];
+    for operation in &operations {
+        let mut cut = before.clone();
+        cut.send("$B=\n");
+        let middle = operation.begin.midpoint(operation.end);
+        match steps_after_loss(&mut cut, middle)?.as_deref() {
+            Some("$100=111.000") => seen[0] += 1,
+            Some("$100=222.000") => seen[1] += 1,
+            other => return fail(format!("{name}: {other:?} after {seen:?} losses")),
+        }
+        // And again: the place that was begun is given up.
+        bring(&mut cut, &with_steps(name, 333)?)?;
+        cut.command("$B=")?;
+    }
+    let now = bench.machine.cycle();
+    let last = steps_after_loss(bench, now + 1_000)?;
+    ensure(last.as_deref() == Some("$100=222.000"), || {
+        format!("{last:?}")
+    })?;
+    ensure(seen[0] > 0, || "no loss kept the old one".into())?;
+    Ok(operations.len())
+}
+
+/// A line with a wrong digit, a record for other motors and a ninth record change nothing.
+fn ensure_refuses(bench: &mut Bench, name: &str) -> Result<(), Failure> {
+    let heard = bench.say("$B=00004C53421E")?;
+    ensure(heard == ["error:2"], || format!("{heard:?}"))?;
+    let other = Board::find("skr-2-dual-y", Path::new("")).map_err(Failure)?;
+    bring(
+        bench,
+        &other.record().map_err(|why| Failure(why.to_string()))?,
+    )?;
+    let heard = bench.say("$B=")?;
+    ensure(heard.last().is_some_and(|line| line == "error:7"), || {
+        format!("{heard:?}")
+    })?;
+    for number in 3..=SLOTS as i32 {
+        bring(bench, &with_steps(name, number)?)?;
+        bench.command("$B=")?;
+    }
+    bring(bench, &with_steps(name, 9)?)?;
+    let heard = bench.say("$B=")?;
+    ensure(heard.last().is_some_and(|line| line == "error:7"), || {
+        format!("{heard:?}")
+    })?;
+    let now = bench.machine.cycle();
+    let last = steps_after_loss(bench, now + 1_000)?;
+    let kept = format!("$100={}.000", SLOTS);
+    ensure(last.as_deref() == Some(&kept), || format!("{last:?}"))
 }

@@ -1,0 +1,62 @@
+//! A record that comes over a line: kept in the flash beside the one in force, which counts until the
+//! new one has been read back.
+//!
+//! A place has the new record but for its first word, which comes last: without it the record in front
+//! stays in force. Where the supply fails in between, the place is given up at the next attempt. The
+//! sector has eight places, and nothing is erased: then a record is flashed from outside.
+use crate::{
+    fast_memory, profile,
+    settings_flash::{program, FlashError},
+};
+use leadscrew_record::{Incoming, SLOT, SLOTS};
+
+/// Words of a place.
+const WORDS: usize = SLOT / 4;
+/// The mark of a place that is given up.
+const SPOILT: [u8; 4] = [0; 4];
+
+/// Keeps a record, and says what has become of it. Main loop, at rest: 16 µs a word.
+pub(crate) fn keep(record: &Incoming) -> Result<&'static str, &'static str> {
+    let record = record.bytes();
+    if let Err(refusal) = profile::read(record) {
+        return Err(refusal.text());
+    }
+    match write(record) {
+        Ok(()) => Ok("Board record stored: reset the board, then it counts"),
+        Err(FlashError::OutOfBounds) => Err("No place for a ninth record: flash it from outside"),
+        Err(FlashError::Refused) => Err("The flash refuses the record"),
+    }
+}
+
+fn write(record: &[u8]) -> Result<(), FlashError> {
+    let place = free_place()?;
+    let begin = fast_memory::record(place).as_ptr() as usize;
+    let (first, rest) = record.split_at_checked(4).ok_or(FlashError::Refused)?;
+    program(begin + 4, rest)?;
+    ensure_reads(place, 1, rest)?;
+    program(begin, first)?;
+    ensure_reads(place, 0, first)
+}
+
+/// The first place that is empty.
+fn free_place() -> Result<usize, FlashError> {
+    for place in 0..SLOTS {
+        let is_empty = |word| fast_memory::record_word(place, word) == u32::MAX;
+        if (0..WORDS).all(is_empty) {
+            return Ok(place);
+        }
+        if is_empty(0) {
+            program(fast_memory::record(place).as_ptr() as usize, &SPOILT)?;
+        }
+    }
+    Err(FlashError::OutOfBounds)
+}
+
+/// Whether the flash has these bytes from a word of a place on.
+fn ensure_reads(place: usize, begin: usize, bytes: &[u8]) -> Result<(), FlashError> {
+    let (words, _) = bytes.as_chunks::<4>();
+    let mut read = words.iter().zip(begin..);
+    let same =
+        read.all(|(word, at)| fast_memory::record_word(place, at) == u32::from_le_bytes(*word));
+    same.then_some(()).ok_or(FlashError::Refused)
+}
