@@ -1,15 +1,23 @@
 //! G2 and G3: an arc as chords.
 //!
 //! ```text
-//!        .-'''-.  chord      A chord that spans the angle φ of a circle of radius r stays within r·(1 − cos φ/2) of
-//!      .' _____ '.           it. For the tolerance t that gives φ = 2·√(t·(2r − t)) / r, to first order in t/r, and
-//!     / .'     '. \          n = ⌊ |angle|·r / (2·√(t·(2r − t))) ⌋ chords.
+//!        .-'''-.  chord        φ: the angle that the chord spans
+//!      .' _____ '.             r: the radius
+//!     / .'     '. \            t: the tolerance
 //! ```
 //!
-//! That count is Grbl's, so that programs take the same steps; being rounded down it overshoots the
-//! tolerance by the factor ((n + 1)/n)² at most. Other axes move in proportion (helix). Each
-//! chord's end is the start rotated about the centre, in `f32` relative to the centre (4·10⁻⁷ of
-//! the radius); the last one is the exact end.
+//! A chord stays within `r·(1 − cos φ/2)` of the circle. For the tolerance this gives, to first
+//! order in `t/r`,
+//!
+//! ```text
+//!   φ = 2·√(t·(2r − t)) / r        n = ⌊ |angle|·r / (2·√(t·(2r − t))) ⌋ chords
+//! ```
+//!
+//! That count is Grbl's, so that programs take the same steps. It is rounded down, so it overshoots
+//! the tolerance by the factor `((n + 1)/n)²` at most. The other axes move in proportion (helix).
+//!
+//! Each chord's end is the start rotated about the centre, in `f32` relative to the centre: it is
+//! exact to 4·10⁻⁷ of the radius. The last one is the exact end.
 
 use crate::path::trigonometry::sin_cos;
 use crate::real::{norm2, sqrt};
@@ -28,7 +36,7 @@ pub struct Arc<const AXES: usize> {
     /// From the centre to the start, mm.
     spoke: [f32; 2],
     radius: f32,
-    /// Turned through from start to end, radians, positive counter-clockwise.
+    /// The angle from start to end, radians, positive counter-clockwise.
     angle: f32,
     chords: u32,
     made: u32,
@@ -80,8 +88,8 @@ impl<const AXES: usize> Arc<AXES> {
         self.radius
     }
 
-    /// How many chords the arc is made of, at least 1. (In G93 each of them takes that share of the
-    /// time.)
+    /// How many chords the arc is made of, at least 1. In G93 each of them takes the same share of
+    /// the arc's time.
     pub const fn chords(&self) -> u32 {
         self.chords
     }

@@ -1,25 +1,32 @@
 //! The curvature of a path of short pieces, at a place where two of them meet.
 //!
 //! ```text
-//!             P(s)               The curvature at a place s of the path, over the length h to both sides, is its second difference
+//!             P(s)
 //!        _--o------o__
-//!     o--             --o              k = (P(s+h) − 2·P(s) + P(s−h)) / h²
+//!     o--             --o
 //!   P(s−h)             P(s+h)
+//!
+//!   k = (P(s+h) − 2·P(s) + P(s−h)) / (|P(s+h) − P(s)|·|P(s) − P(s−h)|)
 //! ```
 //!
-//! Coordinates are rounded to a few decimals, each by up to `e`, which makes an error of `4·e/h²`.
-//! So `h` begins as the length of the shorter of the two pieces. It grows while the error would
-//! cost more than [`QUIET`] of the speed:
+//! The curvature at a place `s` of the path, over the length `h` to both sides, is the second
+//! difference divided by both chords.
+//!
+//! Coordinates are rounded to a few decimals, each by up to `e`. That makes an error of `4·e/h²`.
+//! So `h` begins as the length of the shorter of the two pieces, and grows until
 //!
 //! ```text
-//!   4·e/h² ≤ QUIET · max(|k|, a/x)      x: the highest squared speed that the pieces may have
+//!   4·e/h² ≤ QUIET · max(|k|, a/x)
 //! ```
+//!
+//! Here `x` is the lower one of the highest squared speeds of the two pieces, and `a` the
+//! acceleration across the path.
 //!
 //! Each length that is tried bounds the curvature from both sides by its own error. The result
 //! keeps all of these bounds, so it bends the path by no more than rounding does.
 //!
 //! A curve that goes on as it did at the turn before is measured once, over the length that was
-//! found there. Now and then it is compared with half that length.
+//! found there. Where its curvature has changed, it is compared with the one over half that length.
 
 use super::probe::Probe;
 use super::window::{Window, MM};
@@ -27,55 +34,59 @@ use crate::config::Limits;
 use crate::real::{least, most, norm2, sqrt};
 use crate::space::polygon::greatest;
 
-/// Share of the acceleration, or of the curvature, that rounding may make up.
+/// The share of the curvature, or of the least one that bounds the speed, that rounding may make
+/// up.
 const QUIET: f32 = 0.01;
 
-/// Four points of which each is off by one unit, mm.
+/// A second difference counts four points: each is off by one unit, mm.
 const FINEST: f32 = 4.0 * MM;
 
-/// The length squared is long enough within this factor.
+/// A length is long enough where its square is too short by no more than this factor.
 const NEAR_ENOUGH: f32 = 1.1;
 
 /// The same for a length that was long enough at the turn before.
 const STILL_NEAR_ENOUGH: f32 = 1.4;
 
-/// From this on it is longer than it need be, and is a little shorter at the next turn.
+/// Where rounding asks for less than this share of a length's square, the next turn tries
+/// [`SHORTER`] of the length.
 const TOO_LONG: f32 = 0.5;
 const SHORTER: f32 = 0.75;
 
 /// The length grows to this many times the shorter of the two pieces at most.
 const LONGEST: f32 = 32.0;
 
-/// And to no more than this, mm.
+/// The length grows to no more than this, mm.
 const FARTHEST: f32 = 32.0;
 
-/// By this share of the quietest curvature two turns may differ and still be alike.
+/// The curvatures of two turns are alike where they differ by no more than this share of
+/// [`Meeting::loudness`].
 const ALIKE: f32 = 0.2;
 
-/// By this share of it a turn may differ from the last one that was compared with a shorter length.
+/// A curvature may differ by this share of [`Meeting::loudness`] from the last one that was
+/// compared with that over a shorter length.
 const DRIFT: f32 = 0.05;
 
 /// The second difference of three points may be off by this many times their rounding.
 const OFF: f32 = 4.0;
 
-/// A curvature by the accelerations of the axes, s²/mm², and the length to both sides over which it
-/// holds, mm.
+/// A curvature over the acceleration of each axis, s²/mm², and the length to both sides over which
+/// it holds, mm.
 pub(super) type Curved<const AXES: usize> = ([f32; AXES], f32);
 
-/// The place of a turn, as far as its curvature depends on it. Lengths in mm.
+/// What the length for a turn's curvature depends on. Lengths in mm.
 struct Meeting {
-    /// Of the two pieces.
+    /// Lengths of the two pieces.
     lengths: [f32; 2],
     /// The shorter of these.
     shorter: f32,
-    /// 1/(highest squared speed).
+    /// 1/(highest squared speed) of the piece where that is lower, s²/mm².
     per_top_v2: f32,
     rounding: f32,
 }
 
 impl<const AXES: usize> Window<AXES> {
-    /// The curvature at the start of a piece; `None` where the path has to go on for that, and not
-    /// `now`.
+    /// The curvature at the start of a piece; `None` where that needs more path and `now` is not
+    /// set.
     pub(super) fn curved(
         &self,
         number: u32,
@@ -162,7 +173,8 @@ impl<const AXES: usize> Window<AXES> {
         }
     }
 
-    /// The curvature over a length, by accelerations, exact on a circle; there is as much path.
+    /// The curvature over a length, over the acceleration of each axis, s²/mm². It is exact on a
+    /// circle. The path is that long to both sides.
     pub(super) fn curvature(
         &self,
         number: u32,
@@ -173,7 +185,7 @@ impl<const AXES: usize> Window<AXES> {
         let (mut bend, product2) = self.aside(number, length, pieces);
         let per_length2 = 1.0 / sqrt(product2);
         for (bend, per_acceleration) in bend.iter_mut().zip(&limits.per_acceleration) {
-            // Coordinates are no finer.
+            // Coordinates are no finer: the path is straight.
             *bend = if bend.abs() > FINEST {
                 *bend * per_length2 * per_acceleration
             } else {
@@ -183,11 +195,12 @@ impl<const AXES: usize> Window<AXES> {
         bend
     }
 
-    /// Whether a curvature is still as great as when it was last compared with shorter lengths, or
-    /// that over half its length is the same but for rounding.
+    /// Whether a curvature is still as great as when it was last compared with that over a shorter
+    /// length. Where it is not: whether the curvature over half its length is the same but for
+    /// rounding.
     ///
-    /// From turn to turn it may change little, and much in the end: where a line becomes a curve,
-    /// that over a length grows little by little, while that of the path is there at once.
+    /// Small changes from turn to turn may add up. Where a line becomes a curve, the curvature of
+    /// the path changes at once, but the curvature over a length grows little by little.
     fn is_steady(
         &self,
         number: u32,
@@ -214,8 +227,8 @@ impl<const AXES: usize> Window<AXES> {
         is_same
     }
 
-    /// Whether a curvature is like that of the turn before, and explains how the two pieces turn,
-    /// but for what rounding does.
+    /// Whether a curvature is like that of the turn before, and explains the turn between the two
+    /// pieces, but for what rounding may have made of it.
     fn is_as_before(
         &self,
         number: u32,
@@ -251,9 +264,9 @@ impl Meeting {
         most(greatest(bend), self.per_top_v2)
     }
 
-    /// The error of a curvature over a length by the error that is allowed. Both lie across the
-    /// path, so the axes share one as they share the other. Where nothing turns, the weakest axis
-    /// may.
+    /// The error of a curvature over a length, divided by the error that is allowed. Error and
+    /// curvature both lie across the path, so the axes share the error as they share the curvature.
+    /// Where the path does not turn, all of the error is taken to be on the weakest axis.
     fn error<const AXES: usize>(
         &self,
         bend: &[f32; AXES],
@@ -272,7 +285,7 @@ impl Meeting {
     }
 }
 
-/// The square of a curvature that is by accelerations, 1/mm².
+/// The square, 1/mm², of a curvature that is given over the acceleration of each axis.
 pub(super) fn curvature2<const AXES: usize>(bend: &[f32; AXES], limits: &Limits<AXES>) -> f32 {
     let mut curvature = *bend;
     for (curvature, acceleration) in curvature.iter_mut().zip(&limits.acceleration) {
@@ -281,14 +294,14 @@ pub(super) fn curvature2<const AXES: usize>(bend: &[f32; AXES], limits: &Limits<
     norm2(&curvature)
 }
 
-/// Between which values the curvature lies, for each axis.
+/// For each axis the least and the greatest value that the curvature may have, s²/mm².
 struct Range<const AXES: usize>([[f32; 2]; AXES]);
 
 impl<const AXES: usize> Range<AXES> {
     const ANY: Self = Self([[f32::NEG_INFINITY, f32::INFINITY]; AXES]);
 
-    /// Leaves the part of it that points over `length` allow: they are rounded, and lie on pieces
-    /// of uneven length.
+    /// Narrows the range by the curvature `bend` that was found over `length`. That may be off
+    /// because points are rounded, and because they lie on pieces of uneven length.
     fn narrow(&mut self, bend: &[f32; AXES], length: f32, of: &Meeting, limits: &Limits<AXES>) {
         let per_length2 = 1.0 / (length * length);
         let longer = most(of.lengths[0], of.lengths[1]);

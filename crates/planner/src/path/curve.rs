@@ -1,4 +1,4 @@
-//! An arc, as those know it who make its chords.
+//! The arc that a move is a chord of.
 
 use crate::real::sqrt;
 

@@ -1,18 +1,32 @@
 //! How fast a corner may be taken.
 //!
 //! ```text
-//!            u1          A circle tangent to both moves that passes at the distance d (junction deviation) from the
-//!           /            corner has the radius R = d·s/(1−s), s = sin(θ/2), θ the angle between the moves (180° is
-//!    u0    / θ           straight on). The corner may be taken as fast as that circle: v² = a·R, with a the acceleration that the axes
-//!   ------+              allow along the change of direction u1 − u0. The path itself keeps its corner.
+//!            u1
+//!           /     θ: the angle between the moves, 180° where they go straight on
+//!    u0    / θ
+//!   ------+
 //! ```
+//!
+//! A circle that is tangent to both moves and passes the corner at the distance `d` (junction
+//! deviation) has the radius
+//!
+//! ```text
+//!   R = d·s / (1 − s)        s = sin(θ/2)
+//! ```
+//!
+//! The corner may be taken as fast as that circle: `v² = a·R`. The axes allow the acceleration `a`
+//! along the change of direction `u1 − u0`. The path itself keeps its corner.
 //!
 //! Source: S. K. Jeon, *Improving Grbl: Cornering Algorithm* (2011); the per-axis acceleration as
 //! in Grbl 1.1.
 //!
-//! Near θ = 180° the formula cancels in `f32`. With the unit vectors' sum and difference it does
-//! not: `s = |u0 + u1| / 2`, `1 − s² = |u1 − u0|² / 4`, so `v² = a·d·s·(1 + s)/(1 − s²) =
-//! 4·a·d·s·(1 + s) / |u1 − u0|²`.
+//! Near θ = 180° the formula cancels in `f32`. With the sum and the difference of the unit vectors
+//! it does not:
+//!
+//! ```text
+//!   s = |u0 + u1| / 2        1 − s² = |u1 − u0|² / 4
+//!   v² = a·d·s·(1 + s) / (1 − s²) = 4·a·d·s·(1 + s) / |u1 − u0|²
+//! ```
 
 use crate::config::Limits;
 use crate::real::{most, norm2, sqrt, worst};

@@ -7,13 +7,13 @@ pub(super) struct Probe<const AXES: usize> {
     pub(super) wanted: f32,
     /// How many pieces that is, ahead and behind.
     pub(super) pieces: [u32; 2],
-    /// The result.
+    /// The curvature that was found, over the acceleration of each axis, s²/mm².
     pub(super) before: [f32; AXES],
-    /// How great it was where it was last compared with that over a shorter length, 1/mm.
+    /// The curvature when it was last compared with that over a shorter length, 1/mm.
     pub(super) compared: f32,
-    /// Whether that is any.
+    /// Whether the path had a curvature at that turn.
     pub(super) is_curved: bool,
-    /// Whether it is known that rounding explains what the two pieces turn besides.
+    /// Whether the curve goes on as it did: rounding explains what the two pieces turn besides.
     pub(super) goes_on: bool,
 }
 

@@ -2,21 +2,23 @@
 //! one.
 //!
 //! ```text
-//!   X1 S10   X2 S80   G0 X2.5 S0   G1 X3 S40         one planned move, its first power 10,
-//!   |--------|========|            |----|     -->    and the pixels  80, 0, 40  (see [`crate::emit::pixel`])
+//!   X1 S10   X2 S80   G0 X2.5 S0   G1 X3 S40        one planned move, its first power 10,
+//!   |--------|========|            |----|     -->   and the pixels 80, 0, 40
 //! ```
 //!
-//! Look-ahead counts moves: were each pixel one, 1024 of 0.1 mm would let a machine of 500 mm/s² go
-//! no faster than 320 mm/s (`√(2·a·N·L)`).
+//! See [`crate::emit::pixel`].
 //!
-//! Which moves: those of a laser that go on in exactly the same direction, counted in steps, at the
-//! same feed in mm/min, in the same mode. So neither limits nor the corner before the row change as
-//! it grows.
+//! Look-ahead counts moves. Were each pixel a move, 1024 of 0.1 mm would let a machine of 500 mm/s²
+//! go no faster than 320 mm/s (`√(2·a·N·L)`).
 //!
-//! A short rapid between pixels (`G0 … S0`) belongs to the row, at the row's speed and without
-//! power. A gap of length `L` lets a rapid gain no more than `a·L/4v²` of its time (accelerating to
-//! its middle, from the speed `v`); where that is less than a thousandth it is left alone. What
-//! remains are at most 250 moves in the distance `v²/2a` that stopping takes.
+//! The moves of a row are those of a laser, go on in exactly the same direction, counted in steps,
+//! and have the same feed in mm/min and the same mode. So neither the limits nor the corner before
+//! the row change as it grows.
+//!
+//! A short rapid between pixels (`G0 … S0`) belongs to the row: it has the row's speed and no
+//! power. In a gap of length `L` a rapid accelerates from the speed `v` to its middle. That gains
+//! no more than `a·L/4v²` of its time. Where that is less than a thousandth, the gap is part of the
+//! row. At most 250 moves remain in the distance `v²/2a` that stopping takes.
 
 use crate::emit::pixel::{Packed, Pixel};
 use crate::{Feed, Move, MoveKind, MovePower};
@@ -38,8 +40,8 @@ pub(crate) struct Row<const MOTORS: usize> {
 }
 
 impl<const MOTORS: usize> Row<MOTORS> {
-    /// Begins with a move by `delta` steps; `None` where it is no laser's, or has a speed of its
-    /// own.
+    /// Begins with a move by `delta` steps; `None` where it is no laser's, is no line, or has no
+    /// feed in mm/min.
     pub(crate) fn begin<const AXES: usize>(of: &Move<AXES>, delta: [i32; MOTORS]) -> Option<Self> {
         match of.power {
             MovePower::Off | MovePower::Spindle { .. } => None,
@@ -81,8 +83,8 @@ impl<const MOTORS: usize> Row<MOTORS> {
         self.delta
     }
 
-    /// The row's steps together with `delta`; `None` where that leads another way, or farther than
-    /// one line goes.
+    /// The row's steps together with `delta`; `None` where `delta` leads another way, or farther
+    /// than one line goes.
     fn longer(&self, delta: &[i32; MOTORS]) -> Option<[i32; MOTORS]> {
         let (way, on) = (self.along(&self.delta), self.along(delta));
         if (way > 0) != (on > 0) {
@@ -124,7 +126,7 @@ fn dominant<const MOTORS: usize>(delta: &[i32; MOTORS]) -> usize {
         .map_or(0, |(motor, _)| motor)
 }
 
-/// The feed in mm/s of a move that may be a part of a row.
+/// The feed, mm/s, of a move that may be part of a row; `None` where it may not.
 fn row_feed<const AXES: usize>(of: &Move<AXES>) -> Option<f32> {
     if of.kind != MoveKind::Feed || of.curve.is_some() {
         return None;
@@ -135,15 +137,15 @@ fn row_feed<const AXES: usize>(of: &Move<AXES>) -> Option<f32> {
     }
 }
 
-/// Whether a move is a rapid, short enough to be part of a row or not.
+/// Whether a move is a straight rapid. [`is_short`] tells whether it may be part of a row.
 pub(crate) fn is_gap<const AXES: usize>(of: &Move<AXES>) -> bool {
     of.kind == MoveKind::Rapid && of.curve.is_none()
 }
 
-/// Whether a rapid of `length` mm gains next to nothing on a row at `speed` mm/s, on a machine that
-/// accelerates with `acceleration` mm/s².
+/// Whether a rapid of `length` mm gains next to nothing over a row at `speed` mm/s, on a machine
+/// with the acceleration `acceleration`, mm/s².
 pub(crate) fn is_short(length: f32, speed: f32, acceleration: f32) -> bool {
-    /// `a·L/v²` that gains a thousandth of the time.
+    /// The value of `a·L/v²` that gains a thousandth of the time.
     const LITTLE: f32 = 4.0 / 1000.0;
     acceleration * length <= LITTLE * speed * speed
 }

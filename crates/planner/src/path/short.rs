@@ -1,24 +1,29 @@
 //! Pieces of a few steps are joined to one move.
 //!
 //! ```text
-//!      .  .  .  x--x      A piece of 2.5 steps, rounded to steps, is off its direction by up to 0.3 rad. A line of such pieces is
-//!      .  x--x  .  .      longer than the line, and each has the rate and the acceleration of its own direction: at 80 steps/mm
-//!      x--.  .  .  .      pieces of 0.01 mm take up to a fifth longer than the line. With 32 steps the direction is right.
+//!      .  .  .  x--x
+//!      .  x--x  .  .
+//!      x--.  .  .  .
 //! ```
 //!
-//! The joined move ends where its last piece does and makes as many steps of each motor. It passes
-//! the end of each piece with no motor more than a step beside that: at the place that is as many
+//! A piece of 2.5 steps, rounded to steps, is off its direction by up to 0.3 rad. A line of such
+//! pieces is longer than the line, and each piece has the rate and the acceleration of its own
+//! direction. At 80 steps/mm pieces of 0.01 mm take up to a fifth longer than the line. With 32
+//! steps the direction is right.
+//!
+//! The joined move ends where its last piece does and makes as many steps of each motor. No motor
+//! passes the end of a piece more than a step beside it. Places are compared where they are as many
 //! steps from the start, those of all motors together. So each end leaves a range to the share that
-//! a motor has in all steps, and pieces are joined while the shares of all of them are within.
+//! a motor has in all steps. Pieces are joined while each motor's share is within its range.
 
 use crate::real::{least, most};
 
-/// Moves that are shorter than as many of the coarsest steps are joined to the next one: the
-/// direction of those that are not is off by 1/32 at most, their length by half the square of that,
+/// Moves that are shorter than this many of the coarsest steps are joined to the next one. The
+/// direction of longer moves is off by 1/32 at most, their length by half the square of that,
 /// 1/2000.
 pub(crate) const STEPS: u32 = 32;
 
-/// The last queued move, where it has so few steps that its direction says little.
+/// The last queued move, where it has too few steps to give a direction.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Short<const MOTORS: usize> {
     motors: [Motor; MOTORS],
@@ -29,7 +34,7 @@ pub(crate) struct Short<const MOTORS: usize> {
 struct Motor {
     /// Steps, with sign.
     steps: i32,
-    /// The smallest share in all steps that leads past the ends of its pieces.
+    /// The smallest share in all steps that passes the ends of the pieces within a step.
     smallest: f32,
     /// The largest one.
     largest: f32,
@@ -47,7 +52,8 @@ impl<const MOTORS: usize> Short<MOTORS> {
         }
     }
 
-    /// It and one more short piece by `delta` steps; `None` where the two are not as good as one.
+    /// This move joined with one more short piece by `delta` steps; `None` where one move cannot
+    /// stand for both.
     pub(crate) fn joined(&self, delta: &[i32; MOTORS]) -> Option<Self> {
         let mut whole = *self;
         let done = self
@@ -75,8 +81,8 @@ impl<const MOTORS: usize> Short<MOTORS> {
 }
 
 impl Motor {
-    /// Makes `more` steps where all motors made `done` of them and are to make `all`; answers
-    /// whether it then still passes the ends of the pieces so far, and does not turn back.
+    /// Makes `more` steps, where all motors made `done` of them and are to make `all`. Returns
+    /// whether the motor still passes the ends of the pieces so far, and does not turn back.
     #[inline(never)] // not once for each motor
     fn lengthen(&mut self, more: i32, done: f32, all: f32) -> bool {
         let end = self.steps as f32;

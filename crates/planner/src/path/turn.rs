@@ -1,14 +1,16 @@
 //! How fast a path may turn where two of its pieces meet.
 //!
-//! A turn of less than 22 degrees may be part of a smooth curve: then its curvature bounds the
-//! squared speed, and so does junction deviation, unless the curve explains the turn. It does where
-//! the points need to be off by no more than rounding makes them.
+//! A turn of less than 22 degrees may be part of a smooth curve. Its curvature bounds the squared
+//! speed. Junction deviation bounds it too, unless the curve explains the turn and stays within
+//! `$11` of the pieces. A curve explains a turn where the points are off by no more than rounding
+//! makes them.
 //!
-//! A sharper turn is a corner. Between short pieces its curvature counts as well, over two pieces
-//! to both sides: turns to and fro cancel.
+//! A sharper turn is a corner, with the speed of junction deviation. Between short pieces curvature
+//! bounds the speed as well. It is measured over one and over two pieces to both sides, and the
+//! greater of the two speeds counts: over two pieces, turns to and fro cancel.
 //!
-//! Where a piece was joined of several that turn, its ends are no corners of the program. They turn
-//! as the curve does, by the length of the shorter piece.
+//! Where a piece was joined from several that turn, its ends are no corners of the program. There
+//! the curvature over the length of the shorter piece bounds the speed as well.
 
 use super::curvature::curvature2;
 use super::probe::Probe;
@@ -18,22 +20,24 @@ use crate::path::junction::junction_v2;
 use crate::real::{least, most};
 use crate::space::polygon::cap;
 
-/// The path about a corner is looked at no farther than this, mm.
+/// The curvature of a corner is measured over no more than this, mm.
 const FARTHEST: f32 = 32.0;
 
-/// Of two turns to the same side the second one is at least as much of the first one.
+/// Two turns are to the same side where the part of the second one along the first one is more than
+/// this share of the first one.
 const ALIKE: f32 = 0.1;
 
-/// A piece of a curve is no more than this many times as long as the next one. On a longer one, a
-/// line that the curve touches, the curvature would leave no acceleration to all of it.
+/// An end of a bent piece has a curvature where the longer one of the two pieces there is no more
+/// than this many times as long as the shorter one. A longer piece is a line that the curve
+/// touches; the curvature would leave no acceleration to all of it.
 const UNEVEN: f32 = 4.0;
 
 /// How a path turns where two pieces meet.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Turn<const AXES: usize> {
-    /// Curvature by accelerations, s²/mm².
+    /// Curvature over the acceleration of each axis, s²/mm².
     pub(crate) bend: [f32; AXES],
-    /// How far it reaches to both sides, mm; 0: it is none.
+    /// The curvature holds for this length to both sides, mm; 0: the path has no curvature here.
     pub(crate) reach: f32,
     /// Highest squared speed, mm²/s².
     pub(crate) v2: f32,
@@ -54,8 +58,8 @@ impl<const AXES: usize> Turn<AXES> {
 }
 
 impl<const AXES: usize> Window<AXES> {
-    /// Takes out the first piece that waits, with the turn at its start: once that is known, or
-    /// `now`, as well as it is known.
+    /// Takes out the first piece that waits, once the turn at its start is known, and returns that
+    /// turn. With `now`, or where half of the window waits, the turn is what is known of it.
     pub(crate) fn settle(&mut self, limits: &Limits<AXES>, now: bool) -> Option<Turn<AXES>> {
         if self.waiting == 0 {
             return None;
@@ -79,8 +83,9 @@ impl<const AXES: usize> Window<AXES> {
         Some(turn)
     }
 
-    /// Whether it is too early to ask for the turn at the start of a piece: there is less path
-    /// behind it than the last one needed, or it is a short one that may become longer yet.
+    /// Whether it is too early to ask for the turn at the start of a piece: the path goes on for
+    /// less than the last turn needed, or the piece is short and may still be joined with the next
+    /// one.
     fn is_early(&self, number: u32) -> bool {
         let may_grow = self.is_last(number) && self.short.has(number);
         let is_known = self.goes_straight_on(number) || self.is_sharp(number);
@@ -88,8 +93,8 @@ impl<const AXES: usize> Window<AXES> {
         may_grow || !is_known && self.is_open(number) && ahead < self.probe.wanted
     }
 
-    /// The turn at the start of the piece that waits as the `waiting`-th behind the first one, as
-    /// well as it is known.
+    /// The turn at the start of a piece that waits, as well as it is known. `waiting` pieces wait
+    /// before it.
     pub(crate) fn guess(&self, waiting: u32, limits: &Limits<AXES>) -> Option<Turn<AXES>> {
         let behind = self.waiting.checked_sub(waiting)?;
         if behind >= self.known {
@@ -100,8 +105,7 @@ impl<const AXES: usize> Window<AXES> {
         self.turn(number, limits, true, &mut probe)
     }
 
-    /// The turn at the start of a piece; `None` where the path has to go on for that, and not
-    /// `now`.
+    /// The turn at the start of a piece; `None` where that needs more path and `now` is not set.
     fn turn(
         &self,
         number: u32,
@@ -139,9 +143,9 @@ impl<const AXES: usize> Window<AXES> {
         })
     }
 
-    /// The highest squared speed on arcs that end or begin at the start of a piece, mm²/s²: the
-    /// second difference there is the mean of both sides. `None` where it is not known yet whether
-    /// an arc goes on, and not `now`.
+    /// The highest squared speed, mm²/s², on arcs that end or begin at the start of a piece. There
+    /// the second difference is the mean of both sides, so the curvature is taken one chord into
+    /// the arc. `None` where it is not known yet whether an arc goes on and `now` is not set.
     fn ends_of_arcs(
         &self,
         number: u32,
@@ -168,8 +172,8 @@ impl<const AXES: usize> Window<AXES> {
         Some(v2)
     }
 
-    /// The highest squared speed by `$11` at the start of a piece, and by the curve of a bent piece,
-    /// mm²/s².
+    /// The highest squared speed at the start of a piece, mm²/s²: by `$11`, and at an end of a bent
+    /// piece by the curvature there, too.
     fn junction(&self, number: u32, limits: &Limits<AXES>) -> f32 {
         let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
         let corner = junction_v2(&before.piece.direction, &after.piece.direction, limits);
@@ -201,16 +205,15 @@ impl<const AXES: usize> Window<AXES> {
         self.curvature(number, least(shorter, FARTHEST), limits, &mut [0; 2])
     }
 
-    /// The lengths of the shorter and of the longer one of the pieces that meet at the start of a
-    /// piece, mm.
+    /// The lengths of the two pieces that meet at the start of a piece, the shorter one first, mm.
     fn lengths(&self, number: u32) -> (f32, f32) {
         let before = self.placed(number.wrapping_sub(1)).length;
         let after = self.placed(number).length;
         (least(before, after), most(before, after))
     }
 
-    /// Whether a piece that ends or begins here was joined of several that make a curve: they do not
-    /// go straight on, and the path turns to the same side at both ends.
+    /// Whether a piece that ends or begins here was joined from several that make a curve: its
+    /// parts do not go straight on, and the path turns to the same side at both of its ends.
     fn is_of_bent_piece(&self, number: u32) -> bool {
         let (last, next) = (number.wrapping_sub(1), number.wrapping_add(1));
         let behind = self.bent.has(last) && self.before(number) > 1;
@@ -233,7 +236,8 @@ impl<const AXES: usize> Window<AXES> {
         both > ALIKE * change2
     }
 
-    /// The highest squared speed at a corner, mm²/s².
+    /// The highest squared speed at a corner, mm²/s²; `None` where that needs more path and `now`
+    /// is not set.
     fn corner(&self, number: u32, limits: &Limits<AXES>, now: bool) -> Option<f32> {
         let corner = self.junction(number, limits);
         let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
@@ -253,13 +257,13 @@ impl<const AXES: usize> Window<AXES> {
             FARTHEST,
         );
         let by_four = cap(&self.curvature(number, length, limits, pieces));
-        // A lower corner would be taken as fast as the first of them allows: a higher one is no
-        // reason to be slower.
+        // Where junction deviation allows less than `by_two`, its speed is taken (above). Where it
+        // allows more, nothing is to become slower than `by_two`.
         Some(least(corner, most(by_two, by_four)))
     }
 
-    /// Whether a curve through the ends of the pieces is farther than `$11` from their middle, by
-    /// the sagitta `k·l²/8` of the shorter one.
+    /// Whether the curve leaves the middle of the shorter piece by more than `$11`: its sagitta is
+    /// `k·l²/8`. Chords of arcs are never taken to stray.
     fn strays(&self, bend: &[f32; AXES], number: u32, limits: &Limits<AXES>) -> bool {
         if self.are_chords(number) {
             return false;
@@ -271,7 +275,7 @@ impl<const AXES: usize> Window<AXES> {
             > limits.deviation * limits.deviation
     }
 
-    /// Whether a curve explains a turn: rounding may have made the rest of it.
+    /// Whether the curve explains the turn, but for what rounding may have made of it.
     fn explains(&self, bend: &[f32; AXES], number: u32, limits: &Limits<AXES>) -> bool {
         if self.are_chords(number) {
             return true;

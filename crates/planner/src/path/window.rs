@@ -3,19 +3,21 @@
 //! ```text
 //!   o-----o---o--o---o-----o----o------o
 //!    known pieces          ^ waiting pieces
-//!                          the first one that waits: the turn at its start is asked for (see `turn`)
+//!                          the first one that waits: the turn at its start is asked for
 //! ```
+//!
+//! See `turn`.
 
 use super::probe::Probe;
 use crate::real::{least, norm2, sqrt};
 use crate::{Coordinate, NANOS_PER_MM};
 
-/// Pieces that are remembered: half of them behind the turn that is asked for, half ahead of it.
-/// One bit each of a `u32`.
+/// How many pieces are remembered: half of them behind the turn that is asked for, half ahead of
+/// it. A `u32` has a bit for each.
 pub(super) const PIECES: u32 = u32::BITS;
 
-/// A length unit here is 2¹⁰ of a coordinate's, about a nanometre: differences of 32 bits reach two
-/// metres and cost no division.
+/// A length unit here is 2¹⁰ units of a coordinate, about a nanometre. Differences of 32 bits reach
+/// two metres, and a shift costs no division.
 const SHIFT: u32 = 10;
 pub(super) const MM: f32 = (1 << SHIFT) as f32 / NANOS_PER_MM as f32;
 const PER_MM: f32 = 1.0 / MM;
@@ -23,24 +25,24 @@ const PER_MM: f32 = 1.0 / MM;
 /// A piece counts for no more than this along the path, mm, so that all of them fit into 32 bits.
 const FARTHEST: f32 = 64.0;
 
-/// A turn by more is no part of a smooth curve, 22 degrees: the square of the distance between two
-/// unit vectors.
+/// A turn by more than 22 degrees is no part of a smooth curve. As the square of the distance
+/// between two unit vectors.
 const SHARP2: f32 = 0.15;
 
-/// A turn by less is none: unit vectors are no more exact.
+/// A turn by less goes straight on: unit vectors are no more exact. Squared, as above.
 const STRAIGHT2: f32 = 1e-12;
 
-/// Pieces that turn by more are not joined to a straight one, half a degree: squared, as above.
+/// Pieces that turn by more than half a degree are bent when they are joined. Squared, as above.
 const BENT2: f32 = 1e-4;
 
 /// A piece of path.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece<const AXES: usize> {
-    /// Unit vector. The steps of a piece give it, or its two ends where it has few steps.
+    /// Unit vector: by the steps of the piece, or by its two ends where it has few steps.
     pub(crate) direction: [f32; AXES],
     /// 1/(highest squared speed), s²/mm².
     pub(crate) per_top_v2: f32,
-    /// How far its ends may be beside the places that were meant, on each axis, mm.
+    /// How far rounding may have moved its ends on each axis, mm.
     pub(crate) rounding: f32,
 }
 
@@ -50,7 +52,7 @@ pub(super) struct Placed<const AXES: usize> {
     pub(super) piece: Piece<AXES>,
     /// Unit vector from its start to its end.
     pub(super) course: [f32; AXES],
-    /// mm.
+    /// From its start to its end, mm.
     pub(super) length: f32,
     /// Where it begins, units, modulo 2³².
     start: [i32; AXES],
@@ -58,7 +60,7 @@ pub(super) struct Placed<const AXES: usize> {
     since: u32,
 }
 
-/// Facts of a piece, one bit of each piece: piece `n` has bit `n` modulo [`PIECES`].
+/// One bit for each piece: piece `n` has bit `n` modulo [`PIECES`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bits(u32);
 
@@ -73,28 +75,28 @@ impl Bits {
     }
 }
 
-/// The last pieces of a path. Piece `n` is at `n` modulo [`PIECES`]; behind the last one stands
-/// where the path ends.
+/// The last pieces of a path. Piece `n` is at `n` modulo [`PIECES`]. The entry behind the last
+/// piece holds the path's end.
 #[derive(Clone, Debug)]
 pub(crate) struct Window<const AXES: usize> {
     placed: [Placed<AXES>; PIECES as usize],
     /// Which pieces turn sharply away from the one before them.
     sharp: Bits,
-    /// The last of these, or the first piece of the path.
+    /// The last piece that does, or the first piece of the path.
     last_sharp: u32,
-    /// Which go straight on.
+    /// Which pieces go straight on from the one before them.
     straight: Bits,
-    /// Which are chords of an arc.
+    /// Which pieces are chords of an arc.
     pub(super) chords: Bits,
-    /// Which have so few steps that these give no direction.
+    /// Which pieces have too few steps to give a direction.
     pub(super) short: Bits,
-    /// Which were joined of several that do not go straight on.
+    /// Which pieces were joined from several that do not go straight on.
     pub(super) bent: Bits,
     /// Pieces so far, modulo 2³².
     pub(super) count: u32,
-    /// How many of the last ones are one path.
+    /// How many pieces, the last one included, are one path.
     pub(super) known: u32,
-    /// How many of the last ones wait until the turn at their start is known.
+    /// How many of these wait, at the end, until the turn at their start is known.
     pub(super) waiting: u32,
     /// How the last turn was measured.
     pub(super) probe: Probe<AXES>,
@@ -130,7 +132,7 @@ impl<const AXES: usize> Window<AXES> {
         }
     }
 
-    /// The next piece begins at rest.
+    /// Forgets the path: the next piece begins at rest.
     pub(crate) fn forget(&mut self) {
         (self.known, self.waiting) = (0, 0);
         self.probe = Probe::NEW;
@@ -173,7 +175,7 @@ impl<const AXES: usize> Window<AXES> {
         self.replace_last(piece, is_short, end);
     }
 
-    /// The last piece ends at `end` instead, and is another one.
+    /// Puts a piece that ends at `end` in the place of the last one.
     fn replace_last(&mut self, piece: &Piece<AXES>, is_short: bool, end: &[Coordinate; AXES]) {
         let (last, end) = (self.count.wrapping_sub(1), units(end));
         let way = between(&self.placed(last).start, &end);
@@ -202,7 +204,7 @@ impl<const AXES: usize> Window<AXES> {
         (next.start, next.since) = (end, until);
     }
 
-    /// The last piece is joined with one more that ends at `end`, and is another one.
+    /// Joins one more piece, which ends at `end`, with the last one; `piece` is both of them.
     pub(crate) fn join_last(
         &mut self,
         piece: &Piece<AXES>,
@@ -219,7 +221,7 @@ impl<const AXES: usize> Window<AXES> {
         self.replace_last(piece, is_short, end);
     }
 
-    /// The last piece goes straight on, to `end`.
+    /// Lengthens the last piece: it goes straight on, to `end`.
     pub(crate) fn lengthen_last(&mut self, is_short: bool, end: &[Coordinate; AXES]) {
         let piece = self.placed(self.count.wrapping_sub(1)).piece;
         self.replace_last(&piece, is_short, end);
@@ -253,13 +255,13 @@ impl<const AXES: usize> Window<AXES> {
         number.wrapping_add(1) == self.count
     }
 
-    /// Whether the path goes on from the start of a piece without a sharp turn, so that its end may
-    /// move on.
+    /// Whether no turn after the start of a piece is sharp, so that the smooth path ahead may still
+    /// grow.
     pub(super) const fn is_open(&self, number: u32) -> bool {
         self.count.wrapping_sub(self.last_sharp) >= self.from(number)
     }
 
-    /// The path ahead of the start of a piece, to the next sharp turn or to the path's end, mm.
+    /// The path ahead from the start of a piece, to the next sharp turn or to the path's end, mm.
     pub(super) fn room_ahead(&self, number: u32) -> f32 {
         let smooth = self.sharp.0.rotate_right(number.wrapping_add(1) % PIECES);
         let to_sharp = smooth.trailing_zeros() + 1;
@@ -267,20 +269,19 @@ impl<const AXES: usize> Window<AXES> {
         self.way(number, until)
     }
 
-    /// The path behind the start of a piece, back to a sharp turn or to the first piece that is
-    /// known, mm.
+    /// The path back from the start of a piece, to a sharp turn or to the first known piece, mm.
     pub(super) fn room_behind(&self, number: u32) -> f32 {
         let smooth = self.sharp.0.rotate_right(number % PIECES);
         let back = smooth.leading_zeros() + 1;
         self.way(number.wrapping_sub(back.min(self.before(number))), number)
     }
 
-    /// How many pieces are known before a piece.
+    /// How many known pieces there are before a piece.
     pub(super) const fn before(&self, number: u32) -> u32 {
         self.known - self.count.wrapping_sub(number)
     }
 
-    /// How many there are from it on.
+    /// How many pieces there are from a piece on, itself included.
     pub(super) const fn from(&self, number: u32) -> u32 {
         self.count.wrapping_sub(number)
     }
@@ -291,9 +292,10 @@ impl<const AXES: usize> Window<AXES> {
         to.wrapping_sub(from) as f32 * MM
     }
 
-    /// Where the path is so far ahead of the start of a piece and so far behind it: the sum of both
-    /// ways there, mm, and the product of the squares of their lengths. There is as much path.
-    /// `pieces` says how many are passed, and where to begin to look.
+    /// The points of the path that are `length` ahead of the start of a piece and `length` behind
+    /// it. Returns the sum of the vectors from that start to both, mm, and the product of the
+    /// squares of their lengths. The path is that long to both sides. `pieces` says where to begin
+    /// to look, and becomes how many pieces are passed, ahead and behind.
     pub(super) fn aside(
         &self,
         number: u32,
@@ -330,8 +332,8 @@ impl<const AXES: usize> Window<AXES> {
     }
 }
 
-/// The greatest number, `most` at most, that is `within`, as all below it are, from a `guess` on; 0
-/// where none is.
+/// The greatest number up to `most` that is `within`, looked for from a `guess` on; 0 where none
+/// is. Where a number is `within`, all below it are.
 fn find(guess: u32, most: u32, within: impl Fn(u32) -> bool) -> u32 {
     let mut found = guess.min(most);
     while found > 0 && !within(found) {
