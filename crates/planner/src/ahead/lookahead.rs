@@ -1,10 +1,10 @@
 //! The queue of planned moves, and how fast each may begin so that all limits behind it can be
 //! kept.
 //!
-//! The squared speed at the start of a move is bounded by its `cap` and by what it can brake, which
-//! follows the speed (see `polygon`): `x_in = min(cap, x_out + gain(x_out))`. That is a concave
-//! function; the line through its values at `x_out = 0` and at the highest `x_out` is never above
-//! it:
+//! The squared speed at the start of a move is bounded by its `cap` and by what it can brake. What
+//! it can brake depends on the speed (see `polygon`): `x_in = min(cap, x_out + gain(x_out))`. That
+//! is a concave function. The line through its values at `x_out = 0` and at the highest `x_out` is
+//! never above it:
 //!
 //! ```text
 //!   x_in ≥ min(c, α·x_out + β)
@@ -18,16 +18,16 @@
 //! ```
 //!
 //! ```text
-//!   running | next . . . . . . | . . . . . . . . | block | block | block | . . open        window (see `window`)
+//!   running | next . . . . . . | . . . . . . . . | block | block | block | . . open     window
 //!             <---- move by move, exact --------- <------ block by block ------- rest
 //! ```
 //!
 //! From rest at the end of the last move the speeds are found block by block, as far as they have
-//! changed, and from the second block after the running move on move by move, with all of the
-//! polygon. Whatever is added makes them greater: what was promised stays.
+//! changed. For the moves before the second block after the running move they are found move by
+//! move, with all of the polygon. Whatever is added makes them greater: what was promised stays.
 //!
-//! The last move is *open*: the move after it is not known yet. The moves of a curve wait before
-//! that until their curvature is known.
+//! The last move is *open*: the move after it is not known yet. The moves of a curve wait in the
+//! window (see `window`) until their curvature is known.
 //!
 //! Everything is in whole [`SpeedUnit`](crate::config::SpeedUnit)s: gains and caps are rounded
 //! down, so no plan needs more than the limits; where `α` is 1, as on straight lines, sums are
@@ -57,7 +57,8 @@ pub(crate) const fn most_moves(blocks: usize) -> usize {
     (blocks / 2) << MOST_BITS
 }
 
-/// Moves in a block, as a power of two: sixteen, more in a queue of more than eight moves a block.
+/// Moves in a block, as a power of two: sixteen, or more where there are more than eight moves for
+/// each block.
 fn block_bits(moves: usize, blocks: usize) -> u32 {
     let mut bits = 4;
     while moves >> bits > blocks / 2 {
@@ -69,9 +70,9 @@ fn block_bits(moves: usize, blocks: usize) -> u32 {
 /// Moves whose numbers differ in their last bits only.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Block {
-    /// From its end to its start.
+    /// The map from the squared speed at its end to that at its start.
     map: Map,
-    /// At its start.
+    /// The squared speed at its start.
     reach: Reach,
 }
 
@@ -95,7 +96,8 @@ pub(crate) trait Braking<const AXES: usize, const MOTORS: usize> {
         v2: u32,
     ) -> u32;
 
-    /// How a move with one behind it is passed at its ends, whatever the overrides.
+    /// The highest squared speed at the end of a move with one behind it, and the gains there,
+    /// whatever the overrides.
     fn ends(&self, planned: &PlannedMove<AXES, MOTORS>, behind: &PlannedMove<AXES, MOTORS>)
         -> Ends;
 }
@@ -104,7 +106,7 @@ pub(crate) trait Braking<const AXES: usize, const MOTORS: usize> {
 #[derive(Debug)]
 pub(crate) struct LookAhead<'q, const AXES: usize, const MOTORS: usize> {
     moves: &'q mut DequeView<PlannedMove<AXES, MOTORS>>,
-    /// A power of two of them.
+    /// Their number is a power of two.
     blocks: &'q mut [Block],
     block_bits: u32,
     /// Number of the first move, modulo 2¹⁶.
@@ -113,7 +115,7 @@ pub(crate) struct LookAhead<'q, const AXES: usize, const MOTORS: usize> {
     running: bool,
     /// How many moves, from the first one on, are in the plan.
     planned: usize,
-    /// Whether moves were added since speeds were found.
+    /// What has changed since speeds were found.
     stale: Stale,
     /// Number of the move before which all speeds have been found move by move.
     walked: u16,
@@ -123,13 +125,13 @@ pub(crate) struct LookAhead<'q, const AXES: usize, const MOTORS: usize> {
     renewed: Option<usize>,
 }
 
-/// The change since speeds were found.
+/// What has changed since speeds were found.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Stale {
     Nothing,
     /// Moves were added, or the last one grew: behind some place nothing has changed.
     End,
-    /// Anything.
+    /// Anything may have changed.
     All,
 }
 
@@ -190,8 +192,8 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         self.moves.get(self.planned.checked_sub(1)?)
     }
 
-    /// Plans the first move that is not planned yet: `begin` sets its start. That will not change
-    /// any more, but for overrides.
+    /// Plans the first move that is not planned yet: `begin` sets its start, which only overrides
+    /// change later.
     pub(crate) fn plan(
         &mut self,
         braking: &impl Braking<AXES, MOTORS>,
@@ -229,8 +231,8 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         Some((last, self.planned == self.moves.storage_len()))
     }
 
-    /// Puts the same move made longer in the place of the last one, which does not run. It begins
-    /// as before, and can brake no less: what is planned stays right.
+    /// Replaces the last move, which does not run, by the same move made longer. It begins as
+    /// before, and can brake no less: what is planned stays right.
     pub(crate) fn lengthen_last(&mut self, longer: PlannedMove<AXES, MOTORS>) {
         if self.planned == self.moves.storage_len() {
             self.stale = self.stale.max(Stale::End);
@@ -258,13 +260,13 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         }
     }
 
-    /// The largest squared speed, in units, at which the running move may end, so that all that
-    /// follows can be kept; as it was found last.
+    /// The largest squared speed, in units, at which the running move may end so that all later
+    /// limits can be kept, as it was found last.
     pub(crate) fn exit_limit(&self) -> u32 {
         self.next().map_or(0, |next| next.entry)
     }
 
-    /// Whether that would be more if motion could go on behind the last planned move.
+    /// Whether that limit would be higher if motion could go on behind the last planned move.
     pub(crate) fn hangs(&self) -> bool {
         self.next().is_none_or(|next| next.hangs)
     }

@@ -1,5 +1,5 @@
-//! How the squared speed at the start of a move follows from the one at its end, and how that
-//! composes (see `lookahead`).
+//! How the squared speed at the start of a move follows from the one at its end, and how such maps
+//! are composed (see `lookahead`).
 
 /// The speed at which a move may end, and the speed that braking can take off before it: squared
 /// speeds in units.
@@ -75,7 +75,7 @@ impl Map {
         // The roundings of the products below, both ways.
         const ROUNDED: u32 = 4;
         let slope = at_rest.abs_diff(at_top) as f32 / top as f32 * ONE as f32;
-        // Both ways the roundings of `f32` make the line lower.
+        // The roundings of `f32` may only make the line lower, whether it rises or falls.
         const DOWN: f32 = 1.0 - 4.0 * f32::EPSILON;
         const UP: f32 = 1.0 + 4.0 * f32::EPSILON;
         Self {

@@ -3,8 +3,8 @@
 //! 1024 moves and the pixels of rows are 100 KB. A planner that owned them would be built on the
 //! stack and copied to its place whenever the compiler sees no way round it, and a microcontroller
 //! has no stack for that. A queue has a constant for its first value, so a `static` of it costs
-//! neither stack nor flash; the planner borrows it. And since it borrows it without its size,
-//! planners with queues of different sizes are one and the same code. Moves and pixels are apart: a
+//! neither stack nor flash; the planner borrows it. It borrows the queue without its size, so
+//! planners with queues of different sizes share their code. Moves and pixels are apart: a
 //! microcontroller's memory is in pieces.
 
 use crate::ahead::lookahead::{most_moves, Block, USUAL_BLOCKS};
@@ -17,9 +17,9 @@ use heapless::Deque;
 /// Room for `MOVES` planned moves of `AXES` axes and `MOTORS` motors: the memory of a
 /// [`Planner`](crate::Planner).
 ///
-/// `MOVES` are looked ahead over in `BLOCKS` blocks of 20 bytes, a power of two, of which half are
-/// in use: blocks of sixteen moves where there are enough of them, of 64 at most. With fewer blocks
-/// a line takes longer to plan. 2 are enough for 16 moves.
+/// The look-ahead divides the moves into blocks. `BLOCKS` is a power of two; a block takes 20
+/// bytes, and half of the blocks are in use. Where there are enough of them, a block has sixteen
+/// moves, otherwise up to 64, and a line takes longer to plan. 2 blocks are enough for 16 moves.
 ///
 /// The planner's maker owns it: a `static` on a microcontroller, where it lies in zeroed memory.
 #[derive(Debug)]
@@ -39,7 +39,7 @@ pub struct Queue<
 impl<const AXES: usize, const MOTORS: usize, const MOVES: usize, const BLOCKS: usize>
     Queue<AXES, MOTORS, MOVES, BLOCKS>
 {
-    /// There are enough blocks for `MOVES` moves.
+    /// `BLOCKS` are enough for `MOVES` moves.
     const FITS: () = assert!(BLOCKS.is_power_of_two() && MOVES > 0 && MOVES <= most_moves(BLOCKS));
 
     /// An empty queue.
@@ -62,8 +62,8 @@ impl<const AXES: usize, const MOTORS: usize, const MOVES: usize, const BLOCKS: u
 }
 
 /// A [`Queue`] for up to sixteen lines, planned by [`CornerRule::Grbl`](crate::CornerRule) whatever
-/// the settings: for homing, parking and the like. It remembers no path, whose curvature could be
-/// asked for.
+/// the settings: for homing, parking and the like. It remembers no path, so there is no curvature
+/// to measure.
 #[derive(Debug)]
 pub struct SmallQueue<const AXES: usize, const MOTORS: usize, const MOVES: usize> {
     moves: Deque<PlannedMove<AXES, MOTORS>, MOVES>,

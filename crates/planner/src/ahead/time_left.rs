@@ -1,14 +1,14 @@
 //! The time to finish the queued moves, added up a few moves at a time.
 //!
-//! The look-ahead finds how fast the next moves may begin, and for those far ahead how fast blocks
-//! of them may. Here the forward pass is made for all moves, with the ramps that they will run
-//! with, as if each were one step long.
+//! The look-ahead finds how fast the next moves may begin; far ahead it finds that for blocks of
+//! moves only. Here the forward pass is made for all moves, with the ramps that they will run with.
+//! Each move is taken for one step of a profile.
 //!
 //! With a jerk limit the ramps follow `ramp`, and the speeds at which they fit into a move are
 //! found by halving.
 //!
-//! Moves may begin and be queued meanwhile. Those that are over by the end count still: some
-//! milliseconds.
+//! Moves may begin and be queued while the sum is under way. Those that are over before its end
+//! still count: some milliseconds.
 
 use crate::planner::nominal;
 use crate::real::{least, most, sqrt};
@@ -48,9 +48,10 @@ where
         }
     }
 
-    /// Adds the times of up to 8 further moves. Whether more are left.
+    /// Adds the times of up to 8 further moves. Returns whether more are left.
     ///
-    /// Main loop. Some 1300 instructions a move on a curve; with a jerk limit 2500, an estimate.
+    /// Main loop. Some 1300 instructions for a move on a curve; with a jerk limit 2500, an
+    /// estimate.
     pub fn add_time(&self, left: &mut TimeLeft) -> bool {
         let (jerk, overrides, unit) = (self.config().jerk, self.overrides(), self.unit());
         let (mut speed, mut seconds) = (left.speed, left.seconds);
@@ -90,7 +91,7 @@ where
     }
 }
 
-/// One move: mm, mm/s², mm/s, mm²/s².
+/// One move. Lengths in mm, accelerations in mm/s², speeds in mm/s, the limit at its end in mm²/s².
 struct Stretch {
     length: f32,
     up: f32,

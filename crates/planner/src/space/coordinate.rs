@@ -81,7 +81,8 @@ pub struct StepsPerMm(u64);
 const ODD: u64 = 3_814_697_265_625;
 /// The power of two in 10¹⁸.
 const EVEN_BITS: u32 = 18;
-/// The upper 64 bits of a product that is more than 2³¹ steps, and of 2⁹¹ less half a step at most.
+/// The upper 64 bits of a product that is more than 2³¹ steps, and below 2⁹¹ by half a step at
+/// least.
 const TOO_MUCH: u64 = (1 << 27) - 1;
 /// Half a step, in 10⁻¹⁸ steps.
 const HALF: u128 = 500_000_000_000_000_000;
@@ -109,7 +110,8 @@ impl StepsPerMm {
     #[inline(never)] // a motor may not move, and there are up to six
     pub fn steps(self, coordinate: Coordinate) -> Option<i32> {
         let product = u128::from(coordinate.0.unsigned_abs()) * u128::from(self.0);
-        // Excludes large excesses by the upper half: less work than a comparison of 128 bits.
+        // A comparison of the upper half excludes large excesses with less work than one of 128
+        // bits.
         if (product >> 64) as u64 >= TOO_MUCH {
             return None;
         }
@@ -137,10 +139,10 @@ impl StepsPerMm {
 
 /// The whole part of `x / 5¹⁸`, for `x` below 2⁷³.
 ///
-/// An estimate from the top 32 bits of `x` and the reciprocal is too small by 2 at most (0.58 for
-/// what is below the top, 1 for what the reciprocal lacks, and it is rounded down); the remainder
-/// puts it right, in two steps: of a loop the compiler makes a division. (Its 128-bit division
-/// costs twenty times as much.)
+/// The top 32 bits of `x` times the reciprocal are an estimate that is too small by 2 at most: 0.58
+/// for the bits below the top, 1 for what the reciprocal lacks, and the rounding down. The
+/// remainder puts it right in two steps; the compiler would make a loop a division. (Its 128-bit
+/// division costs twenty times as much.)
 fn divide_by_odd(x: u128) -> u32 {
     const TOP: u32 = 41;
     const RECIPROCAL: u64 = ((1u128 << (TOP + 32)) / ODD as u128) as u64;

@@ -1,5 +1,4 @@
-//! The limits that the axes leave to a planned move: for the look-ahead, and for the move that
-//! runs.
+//! The limits that the axes leave to a planned move, for the look-ahead and for the move that runs.
 
 use crate::ahead::lookahead::{Braking, Ends};
 use crate::config::{Limits, Scales};
@@ -9,16 +8,16 @@ use crate::space::polygon::{cap, common, Piece, Rise};
 use crate::speed::ramp;
 use crate::Kinematics;
 
-/// Share of what can be braked that the look-ahead counts on: leaves room for the rounding of
-/// ramps in `f32` (a few 2⁻²⁴), so that no ramp is steeper than allowed.
+/// The share of what can be braked that the look-ahead counts on. The rest is room for the rounding
+/// of ramps in `f32` (a few 2⁻²⁴), so that no ramp is steeper than allowed.
 const GAIN_MARGIN: f32 = 1.0 - 1.0 / (1 << 20) as f32;
 
-/// With a jerk limit a ramp has one acceleration, what the highest speed leaves. So much of the
-/// acceleration a curve may take there: from rest to rest round a circle that is best (8.5·√(R/a)
-/// against 8.8 at 0.9 and 8.7 at 0.7).
+/// With a jerk limit a ramp has one acceleration: what the highest speed leaves. At that speed a
+/// curve may take this share of the acceleration. The share is best for a circle from rest to rest
+/// (8.5·√(R/a), against 8.8 at 0.9 and 8.7 at 0.7).
 const EASED: f32 = 0.8;
 
-/// The machine as far as it bounds the acceleration along moves.
+/// What bounds the acceleration along moves.
 pub(crate) struct Ground<'m, K, const AXES: usize, const MOTORS: usize> {
     pub(crate) limits: &'m Limits<AXES>,
     pub(crate) scales: &'m Scales<MOTORS>,
@@ -35,12 +34,12 @@ pub(crate) struct Course {
     pub(crate) top_v2: f32,
     pub(crate) up: f32,
     pub(crate) down: f32,
-    /// Of a stop that begins at once.
+    /// The acceleration of a stop that begins at once.
     pub(crate) stop: f32,
 }
 
-/// Where the running move is: squared speed in mm²/s², what is left of it in mm, and whether all of
-/// it is.
+/// Where the running move is: its squared speed in mm²/s², the length that is left in mm, and
+/// whether that is all of it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Whereabouts {
     pub(crate) v2: f32,
@@ -75,7 +74,7 @@ where
         Piece { tangent, length }
     }
 
-    /// How the running move goes on, with the one `behind` it, where its end is to be passed at
+    /// How the running move goes on. The move after it is `behind`, and its end may be passed at
     /// `exit_v2` at most.
     pub(crate) fn course(
         &self,
@@ -109,7 +108,7 @@ where
         let mut exit_v2 = least(exit_v2, reached);
         let mut needed = gain(exit_v2, &to, &from, Rise::Backward);
         if at.v2 > exit_v2 + needed {
-            // To brake so hard, it has to end slower.
+            // The piece can brake as hard as this only where it ends slower.
             exit_v2 = least(exit_v2, piece.peak(&to, &from, Rise::Backward).at);
             needed = gain(exit_v2, &to, &from, Rise::Backward);
         }
@@ -167,9 +166,9 @@ where
         most(ends, STILL * planned.acceleration)
     }
 
-    /// By how much a piece may begin faster than the squared speed `v2`, at which it ends at most,
-    /// with the curvatures at its end and at its start: `gain`, unless it may begin still faster
-    /// where it ends slower. Beginning with `enough` units will do.
+    /// By how much a piece may begin faster than the squared speed `v2`, at which it ends at most.
+    /// The curvatures are those at its end and at its start. That is `gain`, unless the piece may
+    /// begin still faster where it ends slower. A start with `enough` units is enough.
     #[inline(never)] // twice it takes 0.1 KB more of a firmware that is nearly full
     fn best(
         &self,
@@ -206,11 +205,12 @@ where
     }
 }
 
-/// Share of the acceleration along a move that a ramp has where nothing is left: for the divisions.
+/// The share of the acceleration along a move that a ramp keeps where nothing is left, so that
+/// divisions stay defined.
 const STILL: f32 = 1e-6;
 
-/// The curvature between the ends of a move: the common part of both turns, spread over its length.
-/// At a corner or a rest the path has none: there the other end tells.
+/// The curvature between the ends of a move: the common part of both turns, each spread over the
+/// move's length. At a corner or a rest the path has no curvature; there the other end tells.
 fn middle<const AXES: usize, const MOTORS: usize>(
     planned: &PlannedMove<AXES, MOTORS>,
     behind: Option<&PlannedMove<AXES, MOTORS>>,

@@ -8,9 +8,12 @@
 //!  Cartesian  X ------ 0           one motor an axis
 //!  CoreXy     X, Y --- 0, 1        two belts, each of them moved by both axes
 //!  Ganged     X ------ 0
-//!             Y --+--- 1           two motors on one axis have the same steps at the same ticks: the tracer has
-//!                 +--- 2           the same numbers for both; what tells them apart is a motor lock (homing)
+//!             Y --+--- 1           two motors on one axis
+//!                 +--- 2
 //! ```
+//!
+//! Ganged motors have the same steps at the same ticks: the tracer has the same numbers for both.
+//! Only a motor lock (homing) tells them apart.
 
 use crate::Coordinate;
 use core::array::from_fn;
@@ -18,13 +21,13 @@ use leadscrew_stepper::MotorMask;
 
 /// A linear map between axes and motors and its inverse. There are at least as many motors as axes.
 pub trait Kinematics<const AXES: usize, const MOTORS: usize> {
-    /// The axis whose steps/mm `motor` has, and for a motor beyond the axes, with which it turns.
+    /// The axis whose steps/mm `motor` has. A motor beyond the axes turns with that axis.
     fn axis_of(&self, motor: usize) -> usize {
         motor
     }
 
-    /// Axes that share their motors, those of the same numbers: a motor turns for each of them.
-    /// They home one by one, and a limit switch of any stops all of these motors.
+    /// Axes that share their motors, by axis number: one of these motors turns for each of the
+    /// axes. The axes home one by one, and a limit switch of any of them stops all of these motors.
     fn sharing(&self) -> MotorMask {
         MotorMask::NONE
     }
@@ -32,7 +35,8 @@ pub trait Kinematics<const AXES: usize, const MOTORS: usize> {
     /// How far the motors are turned where the axes stand at `axes`.
     fn motors(&self, axes: &[Coordinate; AXES]) -> [Coordinate; MOTORS];
 
-    /// Where the axes stand (or how far they move), in mm, where the motors stand at `motors`.
+    /// Where the axes stand (or how far they move) where the motors stand (or move) by `motors`,
+    /// mm.
     fn axes_mm(&self, motors: &[f32; MOTORS]) -> [f32; AXES];
 
     /// Where the axes stand where the motors stand at `motors`.

@@ -1,35 +1,35 @@
-//! The acceleration that the axes leave along a piece of path, as it follows the speed.
+//! The acceleration that the axes leave along a piece of path, which depends on the speed.
 //!
-//! A piece of path has the unit tangent `p`; where it meets the next one the path turns with the
+//! A piece of path has the unit tangent `p`. Where it meets the next one the path turns with the
 //! curvature `k` (a vector, 1/mm). With the squared speed `x` and the acceleration `u` along the
-//! path each axis asks
+//! path each axis asks for
 //!
 //! ```text
 //!   |p_d·u + k_d·x| ≤ a_d
 //! ```
 //!
-//! which is a polygon in the plane of `u` and `x`. All vectors here are divided by the
-//! accelerations, so that it reads `|q_d·u + b_d·x| ≤ 1`. A speed is allowed where `u = 0` is: then
-//! it can be kept, and both braking and accelerating have something left, or nothing, but never
-//! less.
+//! That is a polygon in the plane of `u` and `x`. All vectors here are divided by the
+//! accelerations, so that it reads `|q_d·u + b_d·x| ≤ 1`. A speed is allowed where the polygon
+//! contains `u = 0`. Such a speed can be kept, and what is left for braking and for accelerating is
+//! never below 0.
 //!
-//! Between two turns motion is straight: there no more than `|q_d·u| ≤ 1` is made use of, though a
-//! turn to come might make up for it.
+//! Between two turns motion is straight. There no more than `|q_d·u| ≤ 1` is made use of, though a
+//! turn to come might allow more.
 //!
-//! A piece whose speed rises from `x` to `x + g` over its length `L` has `u = g/2L`, and is asked
-//! at both of its ends, each with the curvature that is there. Braking is the same seen from the
-//! other end: the tangent turns round, the curvature stays.
+//! A piece whose speed rises from `x` to `x + g` over its length `L` has `u = g/2L`. The limits are
+//! asked at both of its ends, each with the curvature that is there. Braking is the same seen from
+//! the other end: the tangent turns round, the curvature stays.
 
 use crate::real::{least, most};
 
-/// A piece of path: its tangent by accelerations, s²/mm, and its length, mm.
+/// A piece of path: its tangent over the acceleration of each axis, s²/mm, and its length, mm.
 pub(crate) struct Piece<const AXES: usize> {
     pub(crate) tangent: [f32; AXES],
     pub(crate) length: f32,
 }
 
-/// A bound of the squared speed at one end of a piece: `(1 + slope·x)/share`, with `x` at the other
-/// end.
+/// A bound of the squared speed at one end of a piece: `(1 + slope·x)/share`, where `x` is the
+/// squared speed at the other end.
 #[derive(Clone, Copy)]
 struct Bound {
     share: f32,
@@ -37,16 +37,16 @@ struct Bound {
 }
 
 impl Bound {
-    /// No bound: it meets no other one at a speed.
+    /// No bound: it crosses no other one.
     const NONES: [Self; 3] = [Self {
         share: 0.0,
         slope: 0.0,
     }; 3];
 }
 
-/// Where a piece turns at one end, and hardly goes along an axis, that axis has little left for
-/// braking at high speed: a piece that ends slower may begin faster. This is the best of it,
-/// squared speeds.
+/// The squared speed at one end of a piece for which the other end is fastest. Where a piece turns
+/// at one end and hardly goes along an axis, that axis has little left for braking at high speed.
+/// So a piece that ends slower may begin faster.
 pub(crate) struct Peak {
     /// At this end.
     pub(crate) at: f32,
@@ -61,8 +61,8 @@ impl Peak {
         reached: f32::INFINITY,
     };
 
-    /// Where the least of bounds that rise with `x`, and of bounds that fall, is highest: the lowest
-    /// place where one of each kind meet. (The two of one axis meet at rest.)
+    /// The place where the least of all bounds is highest: the lowest crossing of a bound that
+    /// rises with `x` and one that falls. (The two of one axis cross at rest.)
     ///
     /// Not inlined, so that it is not unrolled either: 0.7 KB of a firmware.
     #[inline(never)]
@@ -83,8 +83,8 @@ impl Peak {
     }
 }
 
-/// The bounds of an axis: by the way, by the curvature at this end, and by that at the other. Not
-/// inlined, as [`Peak::of`].
+/// The bounds of an axis: by the way, by the curvature at this end, and by the curvature at the
+/// other end. Not inlined, as [`Peak::of`].
 #[inline(never)]
 fn bound(bounds: &mut [Bound; 3], share: f32, from: f32, to: f32) {
     let one = 1.0f32.copysign(share);
@@ -97,7 +97,7 @@ fn bound(bounds: &mut [Bound; 3], share: f32, from: f32, to: f32) {
     }
 }
 
-/// For the roundings of a crossing of two bounds.
+/// Room for the roundings of a crossing of two bounds.
 const ROUNDED_DOWN: f32 = 1.0 - 1.0 / (1 << 20) as f32;
 
 /// In which direction the speed rises.
@@ -109,18 +109,18 @@ pub(crate) enum Rise {
     Backward,
 }
 
-/// The highest squared speed (mm²/s²) at which a path may turn with the curvature `bend` (by
-/// accelerations, s²/mm²).
+/// The highest squared speed (mm²/s²) at which a path may turn with the curvature `bend` (over the
+/// acceleration of each axis, s²/mm²).
 pub(crate) fn cap(bend: &[f32]) -> f32 {
     1.0 / greatest(bend)
 }
 
-/// The greatest part that an axis has in a curvature.
+/// The greatest component of a curvature, without sign.
 pub(crate) fn greatest(bend: &[f32]) -> f32 {
     bend.iter().fold(0.0, |worst, b| most(worst, b.abs()))
 }
 
-/// The common part of two curvatures: the curvature of the way between them.
+/// The common part of two curvatures, for each axis: the curvature of the way between them.
 pub(crate) fn common<const N: usize>(one: &[f32; N], other: &[f32; N]) -> [f32; N] {
     let mut both = *one;
     for (both, other) in both.iter_mut().zip(other) {
@@ -136,11 +136,11 @@ pub(crate) fn common<const N: usize>(one: &[f32; N], other: &[f32; N]) -> [f32; 
 }
 
 impl<const AXES: usize> Piece<AXES> {
-    /// By how much the squared speed can rise from each of `xs` over the piece, mm²/s²: `from` is
-    /// the curvature where it is `x`, `to` that at the other end.
+    /// By how much the squared speed can rise from each of `xs` over the piece, mm²/s². `from` is
+    /// the curvature at the end with the speed `x`, `to` the curvature at the other end.
     ///
-    /// With the share `p` of an axis in a gain `g` each asks for `|p·g + from·x| ≤ 1` and `|p·g +
-    /// to·(x + g)| ≤ 1`.
+    /// Each axis, with the share `p` in a gain `g`, asks for `|p·g + from·x| ≤ 1` and `|p·g + to·(x
+    /// + g)| ≤ 1`.
     pub(crate) fn gains<const N: usize>(
         &self,
         xs: [f32; N],
@@ -157,7 +157,7 @@ impl<const AXES: usize> Piece<AXES> {
             let share = q * per_length;
             let one = 1.0f32.copysign(share);
             let (per_share, steeper) = (1.0 / share, share + to);
-            // Else the speed may rise without end.
+            // Where it does not hold, this end bounds nothing: the speed may rise without end.
             let ends = (steeper * one > 0.0).then(|| 1.0 / steeper);
             for (gain, x) in gains.iter_mut().zip(&xs) {
                 let start = least(per_share.abs(), (one - from * x) * per_share);
@@ -202,7 +202,7 @@ impl<const AXES: usize> Piece<AXES> {
 }
 
 impl Rise {
-    /// Of the way that a piece goes.
+    /// The sign of the direction along the piece.
     const fn sign(self) -> f32 {
         match self {
             Self::Forward => 1.0,

@@ -9,11 +9,10 @@
 //!      start ...... s .... end     (steps of the dominant motor)
 //! ```
 //!
-//! Positions are whole steps and what is begun of the next one, so they are exact; only speeds and
-//! lengths of phases are `f32`. Speeds on a ramp are taken from its outer end, where they are
-//! smallest and `v² = 2·a·s` loses nothing. Times come from `t = 2·Δs/(v0 + v1)`, exact under
-//! constant acceleration and free of cancellation. Together the relative error of a time is a few
-//! 2⁻²⁴.
+//! A place is whole steps and a part of the next one, so it is exact; only speeds and lengths of
+//! phases are `f32`. Speeds on a ramp are computed from its outer end, where they are smallest and
+//! `v² = 2·a·s` loses nothing. Times come from `t = 2·Δs/(v0 + v1)`, which is exact under constant
+//! acceleration and free of cancellation. Together the relative error of a time is a few 2⁻²⁴.
 //!
 //! A first ramp goes down where the move begins faster than it is to cruise (an override was
 //! lowered).
@@ -29,7 +28,7 @@ use crate::real::{least, most, sqrt};
 pub struct Place {
     /// Whole steps.
     pub step: u32,
-    /// From 0 to below 1.
+    /// Part of the next step, from 0 to below 1.
     pub part: f32,
 }
 
@@ -61,8 +60,8 @@ pub struct Plan {
     pub entry_v2: f32,
     /// Speed to cruise at, above 0.
     pub cruise: f32,
-    /// Squared speed wanted at the end; more where the distance does not suffice to brake, less
-    /// where it does not suffice to accelerate.
+    /// Squared speed wanted at the end. It is higher where the distance does not suffice to brake,
+    /// lower where it does not suffice to accelerate.
     pub exit_v2: f32,
     /// Acceleration where the speed rises, above 0.
     pub up: f32,
@@ -88,7 +87,8 @@ pub struct Trapezoid {
     last: f32,
 }
 
-/// A stretch of a profile in which the acceleration does not change: how the segmenter cuts.
+/// A stretch of a profile in which the acceleration does not change. The segmenter cuts a move at
+/// its ends.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Stretch {
     /// Whole steps that are left of it; 0 where it ends within the next step.
@@ -104,8 +104,8 @@ pub(crate) const ROUNDING: f32 = 2e-6;
 impl Trapezoid {
     /// Makes the fastest profile that keeps `plan`.
     ///
-    /// An end that cannot be reached by braking is met as slowly as can be; speeds that differ by
-    /// no more than rounding errors are met exactly.
+    /// Where the distance does not suffice to brake to the exit speed, the end is as slow as it can
+    /// be. Speeds that differ by no more than rounding errors are taken as equal.
     pub fn new(plan: &Plan) -> Self {
         let cruise_v2 = plan.cruise * plan.cruise;
         let [rise, fall] = [plan.up, plan.down].map(|a| 2.0 * a * length(plan));
@@ -123,8 +123,8 @@ impl Trapezoid {
         let slowest = plan.entry_v2 - 2.0 * plan.down * length;
         let missed = slowest - exit_v2 > ROUNDING * plan.entry_v2;
         let exit_v2 = if missed { slowest } else { exit_v2 };
-        // What rounding adds to a ramp, the speed that it begins with takes: no ramp is steeper
-        // than planned.
+        // The slope is never above the planned one. What rounding would add to it goes to the speed
+        // at the ramp's begin.
         let slope = most((plan.entry_v2 - exit_v2) / length, 0.0);
         let slope = least(slope, 2.0 * plan.down);
         Self {

@@ -1,9 +1,9 @@
 //! A change of speed whose acceleration changes no faster than a set jerk.
 //!
 //! ```text
-//!  a      ______             ease:   the acceleration grows by `jerk` a second for `ease` seconds
-//!        /      \            steady: it stays for `steady` seconds (none where the change is small)
-//!       /        \           ease:   it falls to 0 again
+//!  a      ______          ease:   the acceleration grows by `jerk` a second for `ease` seconds
+//!        /      \         steady: it stays for `steady` seconds (none where the change is small)
+//!       /        \        ease:   it falls to 0 again
 //!      0          1  t
 //! ```
 //!
@@ -66,7 +66,7 @@ impl Limits {
     }
 }
 
-/// Leaves room for the rounding of a ramp's times, so that neither limit is passed: a few 2⁻²⁴.
+/// Room for the rounding of a ramp's times (a few 2⁻²⁴), so that neither limit is exceeded.
 const SAFE: f32 = 1.0 - 1.0 / (1 << 20) as f32;
 
 impl Ramp {
@@ -78,7 +78,7 @@ impl Ramp {
     /// `change` is `v1 - v0`, which may be known better than from the two.
     fn new(v0: f32, v1: f32, change: f32, limits: Limits) -> Self {
         let (ease, steady) = limits.times(change.abs());
-        // From what was made of the times, so that the ramp ends on `v1` exactly.
+        // By the times that were found, so that the ramp ends on `v1` exactly.
         let turn = ease * (ease + steady);
         let jerk = if turn > 0.0 { change / turn } else { 0.0 };
         let bend = jerk * ease * ease * ease / 6.0;
@@ -111,7 +111,7 @@ impl Ramp {
     }
 
     /// The rest of a ramp to `v1` that is joined at `speed`, when its acceleration has grown to
-    /// `acceleration` (signed, not 0, towards `v1`). `None` where that speed is too near: the
+    /// `acceleration` (signed, not 0, towards `v1`). `None` where `v1` is too near: the
     /// acceleration would have to fall at once.
     pub(crate) fn joined(speed: f32, acceleration: f32, v1: f32, limits: Limits) -> Option<Self> {
         let past = eased(acceleration, limits);
@@ -152,8 +152,8 @@ impl Ramp {
 
     /// Seconds that the `steps` from the place `x` steps after the start take.
     ///
-    /// Part by part: within one, the time follows from the speeds at its ends. `steps` may be known
-    /// better than places are.
+    /// They are added up part by part: within a part, the time follows from the speeds at its ends.
+    /// `steps` may be known better than places are.
     pub(crate) fn time(&self, x: f32, steps: f32) -> f32 {
         let x = x + self.skipped.1;
         let (first, last) = (self.first, most(self.whole - self.last, self.first));
@@ -164,8 +164,8 @@ impl Ramp {
             + self.part(x + steady, steps - steady, -self.jerk)
     }
 
-    /// Seconds that the `steps` from a place of one part take, with its jerk: they are `(v0 +
-    /// v1)/2·t − jerk·t³/12`, by Newton's method.
+    /// Seconds that the `steps` from a place of one part take, with the jerk of that part. Newton's
+    /// method solves `steps = (v0 + v1)/2·t − jerk·t³/12` for them.
     fn part(&self, x0: f32, steps: f32, jerk: f32) -> f32 {
         const ROUNDS: u32 = 3;
         if steps <= 0.0 {
@@ -174,7 +174,7 @@ impl Ramp {
         let x1 = x0 + steps;
         let (v0, v1) = (self.speed_at(x0), self.speed_at(x1));
         if jerk != 0.0 && least(v0, v1) < 0.5 * most(v0, v1) {
-            // Near rest that would not settle; nothing much cancels there.
+            // Near rest Newton's method would not settle; little cancels there.
             return self.whole_time(x1) - self.whole_time(x0);
         }
         let mean = 0.5 * (v0 + v1);
@@ -263,18 +263,19 @@ pub(crate) fn duration(v0: f32, v1: f32, limits: Limits) -> f32 {
     2.0 * ease + steady
 }
 
-/// About the speed that half a step out of rest gives, steps/s: `v^(3/2)/√jerk` is its length.
+/// About the speed half a step out of rest, steps/s: a ramp from rest to `v` has the length
+/// `v^(3/2)/√jerk`.
 pub(crate) fn half_a_step(limits: Limits) -> f32 {
     rough_cube_root(0.25 * limits.jerk)
 }
 
-/// How much a move of `length` can brake, as a loss of squared speed: from any speed up to
-/// `fastest`, without and with acceleration 0 at its ends. Never too much, within some per cent of
+/// How much a move of `length` can brake, as a loss of squared speed, from any speed up to
+/// `fastest`, with acceleration 0 at its ends. It is never too much, and within some per cent of
 /// what would be possible.
 ///
-/// A loss `g` takes the longest way at the highest speed, and there `length = (v − Δ/2)·T(Δ)` for
-/// the change of speed `Δ`, with `T` the time of a ramp. Solved for `Δ` from below: a mean speed
-/// too high gives a change too small.
+/// A loss takes the longest way at the highest speed `v`. There the change of speed `Δ` has `length
+/// = (v − Δ/2)·T(Δ)`, with the time `T` of a ramp. This is solved for `Δ` from below: a mean speed
+/// that is too high gives a change that is too small.
 pub(crate) fn braking(fastest: f32, length: f32, limits: Limits) -> f32 {
     const ROUNDS: u32 = 3;
     let (a, jerk) = (limits.acceleration * SAFE, limits.jerk * SAFE);
@@ -299,9 +300,9 @@ const COARSE: f32 = 1.0 / (1 << 20) as f32;
 
 /// The first time at which `v·t + jerk·t³/6` is `x`, with `v` at least 0.
 ///
-/// Newton's method from the side from which it converges without overshooting: each term alone,
-/// where both have the same sign, takes longer than the two together; where the speed falls, a
-/// steady one is too short.
+/// Newton's method begins on the side from which it converges without overshooting. Where both
+/// terms have the same sign, each alone takes longer than the two together. Where the speed falls,
+/// the time at the steady speed `v` is too short.
 fn solve(v: f32, jerk: f32, x: f32) -> f32 {
     const ROUNDS: u32 = 5;
     if x <= 0.0 {

@@ -2,15 +2,15 @@
 //!
 //! ```text
 //!  v          ________
-//!           /          \         easing: an acceleration under way (a plan that changes) falls to 0
-//!          |            |        up:     to the cruise, or down to it
-//!         /              \       cruise: level
-//!     __--                --__   down:   to the speed at the end
+//!           /          \      easing: an acceleration under way (a plan that changes) falls to 0
+//!          |            |     up:     to the cruise, or down to it
+//!         /              \    cruise: level
+//!     __--                --__   down: to the speed at the end
 //!   start ...... s ...... end    (steps of the dominant motor)
 //! ```
 //!
 //! The acceleration is 0 where a move ends: a ramp never goes on in the next move. That is safe
-//! whatever comes next, and slow where moves are short; collinear ones are better given as one.
+//! whatever comes next, and slow where moves are short. Collinear moves are better given as one.
 
 use crate::real::{least, most, rough_cube_root, sqrt};
 use crate::speed::profile::{Place, Plan, Stretch};
@@ -24,15 +24,16 @@ pub struct SCurve {
     easing: Ramp,
     up: Ramp,
     cruise: f32,
-    /// Speed between the ramps where rounding leaves a little of the way: not below what half a
-    /// step gives.
+    /// Speed between the ramps where rounding leaves a little of the way: no lower than the speed
+    /// half a step out of rest.
     level: f32,
-    /// Seen from the end, backwards in time: places near rest are then small numbers, and exact.
+    /// The last ramp, seen from the end and backwards in time: places near rest are then small
+    /// numbers, and exact.
     down: Ramp,
     limits: Limits,
 }
 
-/// A rough cube root may be too small by less.
+/// A rough cube root may be too small by less than this factor.
 const ROOT_MARGIN: f32 = 1.1;
 
 /// Halvings of a range of speeds: one less than an `f32` has bits.
@@ -42,9 +43,9 @@ impl SCurve {
     /// Makes the fastest profile that keeps `plan`, begun with `acceleration` (steps/s², signed)
     /// and with `jerk` (steps/s³, above 0) as its limit.
     ///
-    /// An end that cannot be reached by braking is met as slowly as can be. `None` where the
-    /// acceleration under way cannot fall to 0 before the end: the profile in force must then be
-    /// kept.
+    /// Where the distance does not suffice to brake to the exit speed, the end is as slow as it can
+    /// be. `None` where the acceleration under way cannot fall to 0 before the end: the profile in
+    /// force must then be kept.
     pub(crate) fn new(plan: &Plan, acceleration: f32, jerk: f32) -> Option<Self> {
         let limits = Limits {
             acceleration: least(plan.up, plan.down),
@@ -75,8 +76,9 @@ impl SCurve {
         })
     }
 
-    /// Steps, a fraction in general, of the shortest stop from `speed` (steps/s) with
-    /// `acceleration` (steps/s², signed) under way.
+    /// Length in steps, a fraction in general, of the shortest stop from `speed` (steps/s) with
+    /// `acceleration` (steps/s², signed) under way. The limits are `largest` (steps/s²) and `jerk`
+    /// (steps/s³).
     pub(crate) fn stop(speed: f32, acceleration: f32, largest: f32, jerk: f32) -> f32 {
         let limits = Limits {
             acceleration: largest,
@@ -153,8 +155,12 @@ impl SCurve {
         (time, speed)
     }
 
-    /// The stretch that step `from` lies in. Its acceleration is the constant one that bends time
-    /// as much as ramp and jerk together can: t‴ = (3a² − v·jerk)/v⁵.
+    /// The stretch that step `from` lies in. Its acceleration is a constant one that bends time as
+    /// much as the ramp with its jerk can at most:
+    ///
+    /// ```text
+    ///   t‴ = (3a² − v·jerk)/v⁵
+    /// ```
     pub(crate) fn stretch(&self, from: u32) -> Stretch {
         let from = Place::at(from);
         let (x, y) = self.ends(from);
@@ -194,8 +200,8 @@ impl SCurve {
         let eased = most(least(length - x, steps), 0.0);
         let mut time = 0.0;
         if eased > 0.0 {
-            // Near rest a place in a long easing is not known well enough to tell its time; jerk
-            // alone covers it in no more.
+            // Near rest a place in a long easing is not known well enough to tell its time. The
+            // jerk alone takes no longer.
             let most_time = ROOT_MARGIN * rough_cube_root(6.0 * eased / self.limits.jerk);
             time = least(self.easing.time(x, eased), most_time);
         }
@@ -246,7 +252,7 @@ impl SCurve {
 struct Entry {
     /// Steps/s.
     speed: f32,
-    /// Under way, steps/s², signed.
+    /// Acceleration under way, steps/s², signed.
     acceleration: f32,
     limits: Limits,
 }
@@ -257,8 +263,8 @@ impl Entry {
         Ramp::easing(self.speed, self.acceleration, self.limits).end_speed()
     }
 
-    /// The quickest way to `speed`: a ramp that goes on as begun, or one that follows when the
-    /// acceleration has fallen to 0.
+    /// The quickest way to `speed`: a ramp that goes on with the acceleration under way, or one
+    /// that begins when that has fallen to 0.
     fn ramps(&self, speed: f32) -> (Ramp, Ramp) {
         if self.acceleration == 0.0 {
             let up = Ramp::between(self.speed, speed, self.limits);
@@ -281,7 +287,7 @@ impl Entry {
     }
 
     /// The speed nearest to `wanted` that is reached within `length` steps; `None` where the
-    /// acceleration under way does not even fall to 0.
+    /// acceleration under way cannot fall to 0 within them.
     fn exit(&self, wanted: f32, length: f32) -> Option<f32> {
         if self.distance(wanted) <= length {
             return Some(wanted);

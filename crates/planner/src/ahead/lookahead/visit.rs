@@ -3,8 +3,8 @@
 use super::{Braking, LookAhead, MOST_BITS};
 use crate::moves::PlannedMove;
 
-/// The number of moves that are visited at a time: `Machine::poll` may do so, and must not take
-/// long.
+/// The number of moves that are visited at a time: `Machine::poll` may visit them, and must not
+/// take long.
 const VISITED: usize = 8;
 
 impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
@@ -67,11 +67,11 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
         }
     }
 
-    /// Visits up to [`VISITED`] moves of one block that do not run, from number `from` on, each
-    /// with the one behind it and the largest squared speed, in units, at which it may end. Those
-    /// before the first that waits are left out. `guess` is given each that is not planned yet,
-    /// with how many of these come before it, and says how it will be. The number of the next one,
-    /// if there is one.
+    /// Visits up to [`VISITED`] moves of one block, from number `from` on, that do not run. `visit`
+    /// is given each move, the one behind it and the largest squared speed, in units, at which it
+    /// may end. Numbers before the first move that waits are left out. `guess` says how a move that
+    /// is not planned yet will be; it is given that move, and how many such moves come before it.
+    /// Returns the number of the next move, if there is one.
     pub(crate) fn visit_block(
         &self,
         from: u16,
@@ -116,8 +116,8 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
         (stop > begin && stop < len).then(|| self.number(stop))
     }
 
-    /// Whether the speed at the start of the move at `index`, the first one of a block, is to be
-    /// found from the last one: it was not found yet, or is near the end of the plan.
+    /// Whether the speed at the start of the move at `index`, the first one of a block, has to be
+    /// found move by move from the last one: it was not found yet, or is near the end of the plan.
     fn is_inside(&self, index: usize) -> bool {
         let near_end = index + (1 << self.block_bits) >= self.planned;
         near_end || !self.was_found(self.block_of(self.number(index)))
