@@ -1,7 +1,7 @@
-//! From the time that some steps take to ticks whose interval changes linearly.
+//! Ticks whose interval changes linearly, from the time that some steps take.
 //!
-//! A segment of `M` ticks with the first interval `p` and the change `d` reaches tick *k* after
-//! `p·k + d·k(k−1)/2`. It is made to agree with the profile in its middle (`H` after `h` ticks) and
+//! A segment of `M` ticks with the first interval `p` and the change `d` reaches tick `k` after
+//! `p·k + d·k(k−1)/2`. It agrees with the profile in its middle (the time `H` after `h` ticks) and
 //! at its end (`D` after `M`):
 //!
 //! ```text
@@ -9,10 +9,10 @@
 //! ```
 //!
 //! Under constant acceleration `a` (steps/s²) at the speed `v` the time as a function of the step
-//! has the third derivative `3a²/v⁵`, so that over `T` seconds the quadratic is off by about
-//! `0.024·T³·a²/v²` ([`longest`] turns that round).
+//! has the third derivative `3a²/v⁵`. So over `T` seconds the quadratic is off by about
+//! `0.024·T³·a²/v²`; [`longest`] solves that for `T`.
 //!
-//! Intervals have 24 significant bits from `f32`; the loss of rounding is exact in 2⁻³² counts and
+//! Intervals have 24 significant bits from `f32`. The loss of rounding is exact in 2⁻³² counts and
 //! carried into the next segment.
 
 use crate::real::{least, rough_cube_root};
@@ -29,8 +29,8 @@ pub(crate) fn longest(v: f32, a: f32, most: f32) -> f32 {
     least(most, rough_cube_root(TOLERANCE * ratio * ratio))
 }
 
-/// How many steps a segment of `most` seconds at most takes that begins at the speed `v` under the
-/// acceleration `a`, at least 1.
+/// How many steps a segment takes that lasts `most` seconds at most and begins at the speed `v`
+/// (steps/s) under the acceleration `a` (steps/s²), at least 1.
 pub(crate) fn steps(v: f32, a: f32, most: f32) -> u32 {
     let steps = if a > 0.0 {
         v * longest(v, a, most)
@@ -50,24 +50,24 @@ pub(crate) fn steps(v: f32, a: f32, most: f32) -> u32 {
 }
 
 /// The longest tick that is not smoothed, seconds. Motors other than the dominant one are up to
-/// half a tick off the true line, 5 µs at most: what is left is for ticks that are longer than the
+/// half a tick off the true line, which may be 5 µs. The rest is for ticks that are longer than the
 /// mean of their segment.
 const FINE: f32 = 9e-6;
 
-/// Where the speed changes, half an eighth of a step may take longer than a sixteenth of the step's
-/// time.
+/// Below this evenness the speed changes, and half an eighth of a step may take longer than a
+/// sixteenth of the step's time: ticks are sixteenths.
 const EVEN: f32 = 1.0;
 
-/// A coarser smoothing begins a segment after it was found to be needed; so much faster it may
-/// become in that segment ([`longest`]: 8 % at 10⁵ steps/s and 4·10⁶ steps/s²).
+/// A coarser smoothing begins one segment after it was found to be needed. In that segment the
+/// speed may grow by this factor ([`longest`]: 8 % at 10⁵ steps/s and 4·10⁶ steps/s²).
 const GROWTH: f32 = 1.08;
 
-/// The least smoothing that brings other motors' steps within 5 µs or a sixteenth of a step of the
-/// true line, whichever is more, where ticks allow it: of a segment whose steps take `interval`
-/// seconds in the mean.
+/// The least smoothing, for a segment whose steps take `interval` seconds in the mean, that brings
+/// other motors' steps near enough to the true line where ticks allow it: within 5 µs or a
+/// sixteenth of a step, whichever is more.
 ///
-/// `evenness` is the segment's lowest speed as a share of its mean one, 0 for a step out of rest or
-/// into it: the shortest of that one's ticks has a quarter of the mean.
+/// `evenness` is the segment's lowest speed as a share of its mean one. It is 0 for a step out of
+/// rest or into it, whose shortest tick has a quarter of the mean.
 #[inline(never)]
 pub(crate) fn smoothing(interval: f32, shortest_tick: f32, evenness: f32) -> Smoothing {
     const LEVELS: [Smoothing; 3] = [Smoothing::None, Smoothing::Twofold, Smoothing::Fourfold];
@@ -122,12 +122,12 @@ impl Linear {
     }
 }
 
-/// The loss of rounding so far, in 2⁻³² counts: the next segment is longer by this.
+/// The loss of rounding so far, in 2⁻³² counts, which is added to the next segment.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(crate) struct Carry(i64);
 
 impl Carry {
-    /// Rounds `linear` such that `ticks` of it and all before it end when `duration` (counts) says.
+    /// Rounds `linear` so that `ticks` of it, and all before it, end when `duration` (counts) says.
     pub(crate) fn round(
         &mut self,
         linear: Linear,
@@ -138,7 +138,7 @@ impl Carry {
         self.settle(bits(linear.first), change, ticks, bits(duration))
     }
 
-    /// Rounds even ticks of a cruise: `ticks` of them, `2^level` in `interval` (2⁻³² counts).
+    /// Rounds `ticks` even ticks of a cruise, of which `2^level` take `interval` (2⁻³² counts).
     pub(crate) fn round_cruise(
         &mut self,
         interval: u64,

@@ -11,14 +11,17 @@
 //!   power                       ^ for the front's first tick
 //! ```
 //!
-//! Segments wait here until they cover the time that the front's first tick takes its power from,
-//! and no longer: what waits can no longer be changed. For the same reason no more of them is taken
-//! than there is room for: where ticks are so long that the front's middle is beyond that, power
-//! stays what it is at the end of what is known. Each is handed out in pieces, one for each segment
-//! that its power comes from; the power changes with a tick, no more than half of one beside its
-//! time. Motion is never changed. Out of rest the first power would have to be put out before
-//! motion begins: it stays off there, and what is lost is what a laser in proportion to speed burns
-//! in that time at the slowest. At an end the power at rest comes early.
+//! Segments wait here until they cover the time that the power for the front's first tick comes
+//! from, and no longer: what waits can no longer be changed. For the same reason no more segments
+//! are taken than there is room for. Where ticks are so long that the power for the front's first
+//! tick lies beyond these, the power stays what it is at the end of what is known.
+//!
+//! Each segment is handed out in pieces, one for each segment that its power comes from. The power
+//! changes with a tick, no more than half of one beside its time. Motion is never changed.
+//!
+//! Out of rest the first power would have to be put out before motion begins. It stays off there.
+//! What is lost is what a laser in proportion to speed burns in that time at the slowest. At an end
+//! the power at rest comes early.
 
 use core::num::NonZeroU16;
 use fixed::types::U1F31;
@@ -47,22 +50,23 @@ struct Source {
 }
 
 impl<'a, const MOTORS: usize> PowerLead<'a, MOTORS> {
-    /// Makes one that puts out power as it comes. With a lead, segments wait in `waiting`. Where the
-    /// lead spans more of them than fit there, the last one's power is put out for the rest of it.
+    /// Makes one without a lead, which hands on each segment with its own power. With a lead,
+    /// segments wait in `waiting`. Where the lead spans more of them than fit there, the last one's
+    /// power is put out for the rest of it.
     pub fn new<const WAITING: usize>(waiting: &'a mut Deque<Segment<MOTORS>, WAITING>) -> Self {
         Self { lead: 0, waiting }
     }
 
-    /// Sets the lead in microseconds, up to [`LONGEST_LEAD`], for a step timer of `timer_hz` counts
-    /// a second. At rest.
+    /// Sets the lead in microseconds, up to [`LONGEST_LEAD`] (more counts as that), for a step
+    /// timer of `timer_hz` counts a second. At rest.
     pub fn set(&mut self, lead_us: u32, timer_hz: u32) {
         let lead = u64::from(lead_us.min(LONGEST_LEAD));
         self.lead = lead * u64::from(timer_hz) / 1_000_000;
     }
 
-    /// Hands out the next segment, taking the segments from `source` that its power depends on: no
-    /// more where more than `room` timer counts wait already. `None` where `source` has none and
-    /// all that waited were handed out.
+    /// Hands out the next segment. Takes the segments from `source` that its power depends on, but
+    /// none while more than `room` timer counts wait already. `None` where `source` has none and
+    /// nothing waits any more.
     pub fn next(
         &mut self,
         room: u64,
@@ -105,8 +109,8 @@ impl<'a, const MOTORS: usize> PowerLead<'a, MOTORS> {
         self.waiting.clear();
     }
 
-    /// Takes segments until they cover the time that the front's first tick takes its power from,
-    /// or none comes, or there is no room.
+    /// Takes segments until they cover the time that the power for the front's first tick comes
+    /// from, or none comes, or there is no room.
     fn fill(&mut self, room: u64, mut source: impl FnMut() -> Option<Segment<MOTORS>>) {
         let mut covered: u64 = self.waiting.iter().map(duration).sum();
         while !self.waiting.is_full()
@@ -120,12 +124,14 @@ impl<'a, const MOTORS: usize> PowerLead<'a, MOTORS> {
         }
     }
 
-    /// From the start of `front` to the lead after the middle of its first tick, timer counts.
+    /// Timer counts from the start of `front` to the place of its power: the lead after the middle
+    /// of its first tick.
     fn reach(&self, front: &Segment<MOTORS>) -> u64 {
         self.lead + (front.interval.to_bits() >> 33)
     }
 
-    /// The power for the first tick of `front`, the lead after its middle.
+    /// Where the power for the first tick of `front` comes from: the lead after the middle of that
+    /// tick.
     fn source(&self, front: &Segment<MOTORS>) -> Source {
         let mut after = self.reach(front);
         for segment in self.waiting.iter() {
@@ -161,7 +167,7 @@ impl Source {
                 ..Self::steady(segment.power)
             };
         }
-        // Ticks in a count, by the mean.
+        // Ticks in a count, in the mean.
         let rate = f32::from(segment.ticks.get()) / lasts as f32;
         Self {
             power: power_after(segment, after as f32 * rate),
@@ -184,7 +190,7 @@ fn duration<const MOTORS: usize>(segment: &Segment<MOTORS>) -> u64 {
     segment.duration().into()
 }
 
-/// Timer counts of a segment's ticks by the mean, at least 1.
+/// Timer counts that a tick of a segment takes in the mean, at least 1.
 fn interval<const MOTORS: usize>(segment: &Segment<MOTORS>) -> u64 {
     (duration(segment) / u64::from(segment.ticks.get())).max(1)
 }
@@ -208,7 +214,7 @@ fn ticks_within<const MOTORS: usize>(segment: &Segment<MOTORS>, counts: u64) -> 
     ticks
 }
 
-/// The rest of a segment after `taken` ticks.
+/// What is left of a segment after `taken` ticks; `None` where that is nothing.
 fn rest_of<const MOTORS: usize>(
     segment: &Segment<MOTORS>,
     taken: NonZeroU16,

@@ -1,18 +1,20 @@
 //! Changes of power within a planned move: the pixels of a raster's row.
 //!
-//! A row is planned as one move (see [`crate::path::row`]). What makes its pixels differ waits in a
-//! pool that all moves share, oldest first, eight bytes a pixel:
+//! A row is planned as one move (see [`crate::path::row`]). Its changes of power wait in a pool
+//! that all moves share, oldest first, eight bytes a pixel:
 //!
 //! ```text
 //!   bit 63      40 39       17 16       0
-//!      | line     | power     | after    |     after: steps of the dominant motor since the change before
+//!      | line     | power     | after    |
 //! ```
+//!
+//! `after` counts the steps of the dominant motor since the change before.
 
 use fixed::types::U1F31;
 use heapless::deque::DequeView;
 use leadscrew_stepper::Power;
 
-/// A change of power on the way along a planned move.
+/// A change of power within a planned move.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Pixel {
     /// Steps of the dominant motor from the last change, or the move's start, to this one.
@@ -45,7 +47,7 @@ impl Pixel {
             None => NO_LINE,
         };
         let after = Some(self.after).filter(|after| after >> AFTER_BITS == 0)?;
-        // Rounded up: powers are made by rounding decimals down, and what puts them out rounds down
+        // Rounded up: powers are made by rounding decimals down, and the power output rounds down
         // again.
         let share = self.power.share().to_bits();
         let power = (share + ((1 << ROUNDED) - 1)) >> ROUNDED;

@@ -9,10 +9,10 @@
 //! ```
 //!
 //! Each call hands out a segment of at most `Config::longest_segment`; a step event that takes
-//! longer is handed out in spans. Before it does, it asks the planner again how fast the running
-//! move may end (the queue may have grown) and whether speeds have changed (overrides); where
-//! something has, the profile is made anew from the place and speed reached. So everything takes
-//! effect behind what was handed out.
+//! longer is handed out in spans. Before each segment the planner is asked again how fast the
+//! running move may end (the queue may have grown) and whether speeds have changed (overrides).
+//! Where something has, the profile is made anew from the place and the speed reached. So every
+//! change takes effect behind what was handed out.
 
 use crate::emit::fit::Carry;
 use crate::emit::running::{Aim, Goal, Running, Timing};
@@ -74,7 +74,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         if self.running.is_none() {
             self.running = Running::new(planner.start_next()?, self.exit_v2);
         }
-        // In place: moved out and back in, it would cost a copy each segment.
+        // In place: moving it out and back in would cost a copy for each segment.
         let running = self.running.as_mut()?;
         running.begin_pixel(|| planner.take_pixel());
         let timing = Timing::new(planner.config());
@@ -94,8 +94,8 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
     /// Begins a feed hold: from the end of the segments handed out, the shortest stop on the path
     /// that acceleration allows.
     ///
-    /// It ends on a whole step; where the running move is too short, in a later one.
-    /// [`Segmenter::is_held`] tells when.
+    /// The stop ends on a whole step; where the running move is too short, in a later move.
+    /// [`Segmenter::is_held`] tells when it has ended.
     pub fn hold(&mut self) {
         if self.mode == Mode::Going {
             self.mode = if self.is_moving() {

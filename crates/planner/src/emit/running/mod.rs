@@ -25,9 +25,9 @@ use parts::Parts;
 pub(crate) struct Timing {
     /// Counts in a second.
     pub(crate) hz: f32,
-    /// Smoothing keeps ticks this far apart, seconds.
+    /// Smoothing makes no ticks closer than this, seconds.
     pub(crate) shortest_tick: f32,
-    /// Segments take no longer, seconds.
+    /// No segment takes longer, seconds.
     pub(crate) longest_segment: f32,
 }
 
@@ -46,14 +46,14 @@ impl Timing {
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Aim {
     pub(crate) goal: Goal,
-    /// Squared speed at which the move may end so that all that follows can be kept, mm²/s².
+    /// Squared speed at which the move may end so that all later limits can be kept, mm²/s².
     pub(crate) exit_v2: f32,
     /// Limit of the corner at the move's end alone, squared, mm²/s².
     pub(crate) corner_v2: f32,
     /// Speed to cruise at, mm/s.
     pub(crate) nominal: f32,
-    /// Accelerations along the path: where the speed rises, where it falls, and of a stop that
-    /// begins at once, mm/s².
+    /// Accelerations along the path, mm/s²: where the speed rises, where it falls, and for a stop
+    /// that begins at once.
     pub(crate) up: f32,
     pub(crate) down: f32,
     pub(crate) stop: f32,
@@ -66,7 +66,8 @@ pub(crate) struct Aim {
 pub(crate) enum Goal {
     /// To the end of the move.
     End,
-    /// To rest as soon as can be; where the move is too short for that, on into the next one.
+    /// To rest as soon as can be. Where the move is too short for that, the next one goes on with
+    /// it.
     Stop,
 }
 
@@ -78,35 +79,35 @@ pub(crate) struct Running<const MOTORS: usize> {
     announce: bool,
     /// Whether a motor steps less often than the dominant one: only then smoothing is of use.
     smooth: bool,
-    /// The smoothing for whose half a tick motors are early at the end of the segments handed out,
-    /// and that later segments may therefore have; `None` where they are not early at all.
+    /// The smoothing that motors are early for, by half a tick of it, at the end of the segments
+    /// handed out. Later segments may have it. `None` where motors are not early at all.
     early: Option<Smoothing>,
     /// Whole steps of the dominant motor handed out.
     done: u32,
-    /// The part of the next one that was handed out: 0 unless it takes so long that it is handed
+    /// The part of the next step that was handed out: 0 unless that takes so long that it is handed
     /// out in spans.
     way: f32,
-    /// The motors that have come on by it.
+    /// The motors that have come on by the next step event already.
     made: MotorMask,
-    /// `done` where `line` begins: not 0 once the line was begun anew.
+    /// `done` where `line` begins: 0 until the line is begun anew.
     line_start: u32,
     /// Steps of the dominant motor in the whole move.
     events: u32,
     profile: Profile,
     /// Speed at the end of the segments handed out, steps/s.
     speed: f32,
-    /// The step event after `done`, or a span of it, where a part of that was handed out.
+    /// The span of the step event after `done` that was handed out in part.
     parts: Option<Parts<MOTORS>>,
     /// Interval of the cruise, 2⁻³² counts.
     cruise_interval: u64,
     /// Steps of the dominant motor in a mm of path.
     steps_per_mm: f32,
-    /// Along the path where that is straight, steps/s².
+    /// Acceleration along the path where that is straight, steps/s².
     acceleration: f32,
     /// 1 / programmed feed, s/step.
     per_feed: f32,
     power: MovePower,
-    /// Until the first segment is handed out.
+    /// Outputs that change with the first segment, until that is handed out.
     outputs: OutputChange,
     pub(crate) line_number: Option<u32>,
     /// Changes of power that the pool holds for the move.
@@ -224,7 +225,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         &self.profile
     }
 
-    /// The end of the segments handed out, except for the parts of a span.
+    /// The end of the segments handed out; the parts of a span that is not over do not count.
     pub(crate) const fn here(&self) -> Place {
         Place {
             step: self.done,
@@ -232,12 +233,12 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// Whether no span was handed out in part: only then the profile may be made anew.
+    /// Whether no span is handed out in part: only then the profile may be made anew.
     pub(crate) const fn may_change(&self) -> bool {
         self.parts.is_none()
     }
 
-    /// Whether no step event was handed out in part.
+    /// Whether no step event is handed out in part.
     pub(crate) fn at_step(&self) -> bool {
         self.parts.is_none() && self.way <= 0.0
     }
@@ -262,7 +263,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         self.profile.exit_v2() / (self.steps_per_mm * self.steps_per_mm)
     }
 
-    /// Has the stepper begin the line anew at `done`: another line came between.
+    /// Has the stepper begin the line anew at `done`, after another line came between.
     pub(crate) fn renew_line(&mut self) {
         if let Some(rest) = self.line.rest(self.done - self.line_start, self.early()) {
             self.line = rest;
@@ -271,8 +272,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// The next `events` steps at the cruise: even intervals, known to more than 24 bits so that
-    /// nothing drifts.
+    /// The next `events` steps at the cruise. Their intervals are even, and known to more than 24
+    /// bits so that nothing drifts.
     fn cruise_piece(&mut self, events: u32, timing: Timing, carry: &mut Carry) -> Segment<MOTORS> {
         let seconds = 1.0 / self.speed;
         self.done += events;
@@ -347,8 +348,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// Smoothing of the next segment. One that is coarser than that of the segment before waits for
-    /// one segment more, in which the motors come to be as early as it needs them.
+    /// Smoothing of the next segment. A coarser smoothing than that of the segment before begins
+    /// one segment late: in between, the motors come to be as early as it needs them.
     fn smoothing(&mut self, interval: f32, timing: Timing, evenness: f32) -> Smoothing {
         let wanted = self.wanted(interval, timing, evenness);
         match self.early.replace(wanted) {
@@ -372,7 +373,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
     }
 
     /// Power of the first tick and its change a tick, from the speeds (steps/s) in the first and
-    /// the last of them.
+    /// the last tick.
     fn power_at(&self, first: f32, last: f32, ticks: NonZeroU16) -> (Power, PowerChange) {
         match self.power {
             MovePower::Off => (Power::OFF, PowerChange::ZERO),
@@ -393,7 +394,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
     }
 
     /// Hands out the next segment. `held`: a hold slows down. The last step before its rest takes
-    /// long; a constant power has as much energy there as at the programmed feed.
+    /// long; there a constant power follows the speed, so that the step gets as much energy as at
+    /// the programmed feed.
     pub(crate) fn segment(
         &mut self,
         timing: Timing,
@@ -419,8 +421,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
         segment
     }
 
-    /// The next steps, or a part of one. Inlined: a segment is not copied more often than it must
-    /// be.
+    /// The next steps, or a part of one. Inlined, so that a segment is copied no more often than it
+    /// must be.
     #[inline(always)]
     fn piece(&mut self, timing: Timing, carry: &mut Carry) -> Segment<MOTORS> {
         if self.is_for_parts(timing) {
@@ -442,13 +444,13 @@ impl<const MOTORS: usize> Running<MOTORS> {
     }
 }
 
-/// The most step events of a segment: sixteenfold smoothed they fit 16 bits. (A millisecond at 300
-/// kHz has 300.)
+/// The most step events of a segment: with sixteenfold smoothing their ticks fit 16 bits. (A
+/// millisecond at 300 kHz has 300.)
 const MOST_EVENTS: u32 = 4000;
 
-/// An override may make the step after one that takes `T` shorter by `a·T³`: so much a motor that
-/// is a sixteenth of the first one early may be too early then, seconds. Where it would be more,
-/// ticks are finer.
+/// An override may make the step after one that takes `T` shorter by `a·T³`. A motor that is early
+/// by a sixteenth of the first step may then be too early by this much, seconds. Where it would be
+/// more, ticks are finer.
 const SURPRISE: f32 = 0.2e-6;
 
 /// The evenness of a cruise where ticks are to be as fine as on a ramp.
@@ -457,9 +459,9 @@ const NEARLY_EVEN: f32 = 0.99;
 /// Full power in units of [`Power`].
 const FULL: u32 = 1 << 31;
 
-/// The time of half a step that takes `seconds`, as a linear interval can follow it: under constant
-/// acceleration out of rest it is √½ of the step's; a jerk limit would make it more, and the last
-/// interval of the step negative.
+/// The time of half a step that takes `seconds`, as a linear interval can follow it. Under constant
+/// acceleration out of rest it is √½ of the step's time. A jerk limit would make it more, and the
+/// last interval of the step negative.
 fn within_a_step(half: f32, seconds: f32) -> f32 {
     const MOST: f32 = 0.7075;
     least(most(half, (1.0 - MOST) * seconds), MOST * seconds)

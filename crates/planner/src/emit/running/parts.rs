@@ -1,10 +1,11 @@
 //! A step event in parts: each motor steps when it is due, and plans may change on the way.
 //!
-//! At low speeds one step takes much longer or shorter than the next, out of rest its first quarter
-//! takes half of its time, and a hold or an override may change what comes next. Ticks whose
-//! interval changes linearly cannot follow that, and a motor that is half a tick early may be so by
-//! much of a step's time. But in one step event each motor steps at most once, so there the profile
-//! itself is asked when, and the step event is cut there into parts of one tick each:
+//! At low speeds one step takes much longer or shorter than the next. Out of rest the first quarter
+//! of a step takes half of its time. A hold or an override may change what comes next. Ticks whose
+//! interval changes linearly cannot follow that, and a motor that is half a tick early may be early
+//! by a large part of a step's time. But in one step event each motor steps at most once. So the
+//! profile itself is asked when each motor is due, and the step event is cut there into parts of
+//! one tick each:
 //!
 //! ```text
 //!                      Y       Z              X, the dominant motor
@@ -16,8 +17,8 @@
 //! tick comes a little late, or with the next one.
 //!
 //! What is handed out can no longer be changed. So a step event that takes longer than a segment
-//! may is handed out in *spans*, each of parts; between two of them, where no motor need step, the
-//! profile may be made anew as it may between steps:
+//! may is handed out in *spans*, each of them in parts. Between two spans no motor need step, and
+//! the profile may be made anew as it may between steps:
 //!
 //! ```text
 //!              Y                           X
@@ -30,56 +31,57 @@ use crate::real::{least, most};
 use core::num::NonZeroU16;
 use leadscrew_stepper::{MotorMask, Segment, Smoothing};
 
-/// A step event is made in parts where its squared speed is less than so many times the
-/// acceleration: the next step may take 0.9 of its time, half a sixteenth early is no more than an
-/// eighteenth then.
+/// A step event is made in parts where its squared speed is less than this many times the
+/// acceleration. At that limit the next step may take 0.9 of its time, and half a sixteenth early
+/// is no more than an eighteenth.
 const SUDDEN: f32 = 4.0;
 
-/// The least evenness of a step behind those that are made in parts: its speed changes by less than
-/// a sixth, by an override one way in this step and the other way in the next by a fourth.
+/// The least evenness of a step behind those that are made in parts. Its speed changes by less than
+/// a sixth, or by a fourth where an override changes it one way in this step and the other way in
+/// the next.
 const SETTLED: f32 = 0.75;
 
-/// By how much a step that is not sudden may take longer than its speed at the start says: 2/(1 +
-/// √½).
+/// A step that is not sudden may take this many times as long as its speed at the start says: 2/(1
+/// + √½).
 const LONGER: f32 = 1.18;
 
-/// Ticks that there must be room for in a step event that is made in parts: a motor that comes with
-/// the next tick is off by a sixteenth of the step at most.
+/// A step event that is made in parts has room for this many of the shortest ticks. So a motor that
+/// comes with the next tick is off by a sixteenth of the step at most.
 const ROOM: f32 = 16.0;
 
-/// The least way of a span, steps: where even that takes longer than a segment may, at 1000 s a
-/// step, it does.
+/// The least way of a span, steps. At 1000 s a step even that takes longer than a segment may, and
+/// is handed out all the same.
 const LEAST_WAY: f32 = 1.0 / (1 << 20) as f32;
 
 /// The most rounds in which the way of a span is found.
 const CORRECTIONS: u32 = 8;
 
-/// The most of a step event's rest that a span takes that is not all of it.
+/// The largest share of a step event's rest that a span takes, unless it takes all of it.
 const MOST_OF_IT: f32 = 0.75;
 
 /// A span of a step event that is being handed out in parts.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Parts<const MOTORS: usize> {
-    /// When each motor is due, seconds from the span's start; `seconds` or more where that is not
-    /// before its end.
+    /// When each motor is due, seconds from the span's start; `seconds` or more where that is at
+    /// its end or later.
     due: [f32; MOTORS],
     /// The motors that are still to come on in it.
     left: MotorMask,
-    /// Where it ends, from the step event's start: 1 at the end of that.
+    /// Where it ends, as a share of the step event: 1 at the end of that.
     to: f32,
-    /// Speeds at its start and end, in the mean, steps/s.
+    /// Speeds at its start, at its end and in the mean, steps/s.
     pub(super) entry: f32,
     exit: f32,
     mean: f32,
-    /// Time of the whole, and time of the parts handed out, seconds.
+    /// Time of the span, and of its parts handed out so far, seconds.
     seconds: f32,
     pub(super) elapsed: f32,
-    /// What motors are to be early for at its end, as [`Running::early`].
+    /// The smoothing for which motors are to be early at its end, as [`Running::early`].
     early: Option<Smoothing>,
 }
 
-/// A piece of a step event: where it ends, from the start of that, how long it takes, seconds, and
-/// the speed at its end, steps/s.
+/// A piece of a step event: where it ends, as a share of the step event, how long it takes,
+/// seconds, and the speed at its end, steps/s.
 #[derive(Clone, Copy)]
 struct Span {
     to: f32,
@@ -90,7 +92,7 @@ struct Span {
 impl<const MOTORS: usize> Running<MOTORS> {
     /// Whether a part comes next, or a step event that may have to be made in parts.
     ///
-    /// Behind such step events one more is in parts, at the end of which motors are as early as the
+    /// After such step events one more is made in parts. At its end motors are as early as the
     /// ticks that follow need them.
     pub(super) fn is_for_parts(&self, timing: Timing) -> bool {
         let behind = self.smooth && self.early.is_none() && !self.announce;
@@ -107,8 +109,9 @@ impl<const MOTORS: usize> Running<MOTORS> {
         self.speed * timing.longest_segment < LONGER
     }
 
-    /// Begins to hand out what is left of the next step event in parts, all of it or a span; `None`
-    /// where it is short, and no motor needs it or ticks would be too close.
+    /// Begins to hand out in parts what is left of the next step event, or a span of it. `None`
+    /// where it takes no longer than a segment may, and no motor needs parts or ticks would be too
+    /// close.
     #[inline(never)]
     pub(super) fn first_part(&self, timing: Timing) -> Option<Parts<MOTORS>> {
         let rest = self.span(1.0);
@@ -139,7 +142,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         })
     }
 
-    /// The piece of the next step event from the part handed out up to `to`.
+    /// The piece of the next step event from the end of what was handed out up to `to`.
     fn span(&self, to: f32) -> Span {
         let over = self
             .profile
@@ -148,12 +151,14 @@ impl<const MOTORS: usize> Running<MOTORS> {
         Span { to, seconds, exit }
     }
 
-    /// A piece of `rest` that takes no longer than `longest`, and half of that at least where it
-    /// can be found.
+    /// A piece of `rest` that takes no longer than `longest`, and half of that at least where such
+    /// a piece can be found.
     ///
-    /// As many pieces as are needed, of the same time: by a constant acceleration, as it mostly is.
-    /// Where a ramp ends, or by a jerk limit, the way is corrected: longer in proportion, which is
-    /// never too long where speed grows, or shorter by the cube, as out of rest with limited jerk.
+    /// `rest` is divided into as many pieces as are needed, each of the same time. Their way is
+    /// found as under constant acceleration, which it mostly is. Where a ramp ends, or under a jerk
+    /// limit, the way is corrected. It is made longer in proportion to the time, which is never too
+    /// long where the speed grows. Or it is made shorter by the cube, as out of rest with limited
+    /// jerk.
     fn cut(&self, rest: Span, longest: f32) -> Span {
         let (v0, v1, left) = (self.speed, rest.exit, 1.0 - self.way);
         let pieces = (rest.seconds / longest) as u32 + 1;
@@ -186,7 +191,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
     ) -> Segment<MOTORS> {
         let next = parts.next(timing.shortest_tick);
         let (motors, end) = next.unwrap_or((parts.left, parts.seconds));
-        // Their sum is the span's time exactly.
+        // So the parts' times add up to the span's exactly.
         let counts = bits(end * timing.hz).saturating_sub(bits(parts.elapsed * timing.hz));
         let interval = carry.settle(counts, 0, NonZeroU16::MIN, counts).0;
         let (power, power_change) = self.power_at(parts.mean, parts.mean, NonZeroU16::MIN);
@@ -213,7 +218,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// All parts of a span were handed out.
+    /// Ends a span, all parts of which were handed out.
     fn end_span(&mut self, parts: &Parts<MOTORS>) {
         self.speed = parts.exit;
         self.early = parts.early;
@@ -228,7 +233,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
     }
 
     /// When each motor is due in `span`, seconds from its start, and the motors that come on in it:
-    /// at the step event's end all that have not.
+    /// at the step event's end all that have not come on yet.
     fn due(&self, span: &Span) -> ([f32; MOTORS], MotorMask) {
         let (events, done) = (self.line.step_events().get(), self.done - self.line_start);
         let (mut due, mut left) = ([span.seconds; MOTORS], MotorMask::NONE);
@@ -265,8 +270,8 @@ impl<const MOTORS: usize> Parts<MOTORS> {
     }
 }
 
-/// Where in the step event after `done` of a line of `events` a motor that takes `steps` in it is
-/// due, 1 where that is its end or later: the tracer counts half a step event ahead.
+/// Where a motor that takes `steps` in a line of `events` is due in the step event after `done`, as
+/// a share of that; 1 where that is its end or later. The tracer counts half a step event ahead.
 #[inline(never)]
 fn due(steps: u32, events: u32, done: u32) -> f32 {
     let (each, full) = (2 * u64::from(steps), 2 * u64::from(events));

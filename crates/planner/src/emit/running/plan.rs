@@ -14,8 +14,8 @@ struct Path {
     /// Accelerations, steps/s².
     up: f32,
     down: f32,
-    /// Of the acceleration, and its square of the jerk: all of the way takes as much longer as one
-    /// over it.
+    /// The share of the accelerations that is made use of; of the jerk it is the square of this.
+    /// The way becomes 1/share times as long.
     share: f32,
 }
 
@@ -48,11 +48,12 @@ impl<const MOTORS: usize> Running<MOTORS> {
 
     /// The way to the end of the move.
     ///
-    /// What braking from a high speed gets to is only as exact as the high speed; the plan's exit
-    /// speed is exact and has the last word: else the difference would add up from move to move.
+    /// The speed that braking from a high speed ends at is only as exact as the high speed. The
+    /// plan's exit speed is exact, so it is taken where the two differ by no more than rounding:
+    /// otherwise the difference would add up from move to move.
     ///
-    /// Where an override asks for less than can be reached any more, the corner has it: it was
-    /// planned for.
+    /// Where an override asks for a lower speed than can still be reached, the corner's own limit
+    /// bounds the exit speed: the corner was planned for it.
     #[inline(never)] // twice: in firmware it is not worth a copy
     fn to_end(&self, aim: Aim) -> Path {
         let per_mm = self.steps_per_mm;
@@ -73,10 +74,11 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// The shortest stop on a whole step. It begins at once: what is left to the whole step makes
-    /// it gentler.
+    /// The shortest stop on a whole step. It begins at once. The way is rounded up to the whole
+    /// step, which makes the stop gentler.
     ///
-    /// A single step is made as fast as can be: at a speed near 0 it would take for ever.
+    /// A stop of a single step is made as fast as can be: at a speed near 0 the step would take for
+    /// ever.
     fn stop(&self, entry_v2: f32, aim: Aim) -> Path {
         let (distance, left) = (self.stop_distance(entry_v2, aim), self.events - self.done);
         let down = aim.stop * self.steps_per_mm;
