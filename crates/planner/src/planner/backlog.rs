@@ -1,4 +1,4 @@
-//! The time of the waiting motion, summed up as moves come and go: it decides whether more moves
+//! The time of the waiting motion, summed up as moves come and go. It decides whether more moves
 //! are wanted.
 
 use super::Planner;
@@ -11,7 +11,7 @@ use crate::{Config, Kinematics};
 #[derive(Debug)]
 pub(super) struct Backlog {
     micros: u64,
-    /// No path is faster, mm/s.
+    /// The highest speed of any path, mm/s.
     fastest: f32,
 }
 
@@ -24,7 +24,7 @@ impl Backlog {
         }
     }
 
-    /// A move takes the place of another one; `None`: of nothing, or nothing takes it.
+    /// Puts the time of a move in the place of another one's. `None` is no move.
     fn replace(&mut self, old: Option<u32>, new: Option<u32>) {
         self.micros += u64::from(new.unwrap_or(0));
         self.micros = self.micros.saturating_sub(old.unwrap_or(0).into());
@@ -63,7 +63,7 @@ where
         self.queue.push(planned);
     }
 
-    /// Puts the newest move made longer in its place.
+    /// Replaces the newest move by the same move made longer.
     pub(super) fn lengthen_newest(&mut self, longer: PlannedMove<AXES, MOTORS>) {
         let shorter = self.queue.newest().map(|of| self.backlog.micros(of));
         self.backlog

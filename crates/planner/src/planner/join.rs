@@ -11,7 +11,7 @@ where
     K: Kinematics<AXES, MOTORS>,
 {
     /// Makes a short move by `delta` steps part of the last queued one, where that is short too and
-    /// not planned yet. `None`, and nothing has changed, where the two are not as good as one.
+    /// not planned yet. `None`, and nothing has changed, where one move cannot stand for both.
     #[inline(never)] // few lines come here
     pub(super) fn join(&mut self, of: &Move<AXES>, delta: &[i32; MOTORS]) -> Option<()> {
         let short = self.short.as_ref()?;
@@ -35,15 +35,15 @@ where
         Some(())
     }
 
-    /// Notes the move by `delta` steps as the last one, for the next one to be joined to it where
-    /// both are short.
+    /// Notes the move by `delta` steps as the last one, so that the next one can be joined to it
+    /// where both are short.
     pub(super) fn begin_short(&mut self, of: &Move<AXES>, delta: &[i32; MOTORS], is_short: bool) {
         let plain = matches!(of.feed, Feed::PerMinute(_)) && of.curve.is_none();
         self.short = (plain && is_short).then(|| Short::new(delta));
     }
 
-    /// Whether a move, the square of whose length is `length2` mm², is so short that its direction
-    /// says little.
+    /// Whether a move, the square of whose length is `length2` mm², has too few steps to give a
+    /// direction.
     pub(super) fn is_short(&self, length2: f32) -> bool {
         length2 < self.limits.short2
     }

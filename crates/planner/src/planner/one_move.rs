@@ -1,5 +1,5 @@
-//! One move on its own: steps, length, limits along it, and how fast it runs where nothing else
-//! bounds it.
+//! One move by itself: steps, length, limits along it, and its speed where nothing else bounds
+//! that.
 
 use super::Planner;
 use crate::config::{SpeedUnit, PIXELS_A_SECOND, SLOWEST};
@@ -11,8 +11,8 @@ impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
-    /// Finds length and limits of a planned move that is `of`, `events` steps of the dominant
-    /// motor; returns its direction.
+    /// Finds length and limits of the planned move for `of`, which has `events` steps of the
+    /// dominant motor. Returns its direction.
     pub(super) fn plan(
         &self,
         planned: &mut PlannedMove<AXES, MOTORS>,
@@ -43,8 +43,8 @@ where
         self.kinematics.axes_mm(&motors_mm)
     }
 
-    /// The highest speed of a move by the rates of the axes and the step rate of the board, mm/s:
-    /// `events` steps of the dominant motor on `length` mm.
+    /// The highest speed of a move, mm/s, by the rates of the axes and the step rate of the board.
+    /// It takes `events` steps of the dominant motor on `length` mm.
     pub(super) fn rate(&self, length: f32, events: u32, direction: &[f32; AXES]) -> f32 {
         least(
             1.0 / worst(direction, &self.limits.per_rate),
@@ -56,8 +56,8 @@ where
         nominal(self.overrides, planned)
     }
 
-    /// The speed that the running move is to cruise at, mm/s: its nominal one, and for a row no
-    /// more than what lets its pixels be prepared in time.
+    /// The speed that the running move is to cruise at, mm/s: its nominal speed. For a row it is
+    /// also low enough to prepare the pixels in time.
     pub(crate) fn running_nominal(&self) -> f32 {
         self.queue.running().map_or(SLOWEST, |planned| {
             let nominal = self.nominal(planned);
@@ -93,8 +93,8 @@ pub(crate) fn nominal<const AXES: usize, const MOTORS: usize>(
     most(least(fastest, asked), SLOWEST)
 }
 
-/// Limit at the start of a move by its `corner` (units), its `nominal` speed and that of the move
-/// `before` it (mm/s); squared, in units.
+/// Limit of the squared speed at the start of a move, in units: by its `corner` (squared, in
+/// units), its `nominal` speed and that of the move `before` it (mm/s).
 pub(super) fn cap(unit: SpeedUnit, before: Option<f32>, nominal: f32, corner: u32) -> u32 {
     let slower = before.map_or(nominal, |before| least(nominal, before));
     corner.min(unit.units(slower * slower))

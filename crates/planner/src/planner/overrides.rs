@@ -13,9 +13,9 @@ where
         self.overrides
     }
 
-    /// Changes the overrides and begins to plan the queued moves anew, the first ones first.
+    /// Changes the overrides and begins to plan the queued moves anew, from the first one on.
     ///
-    /// The running move follows at the next [`crate::Segmenter::next`]; the others with
+    /// The running move follows at the next [`crate::Segmenter::next`], the others with
     /// [`Planner::renew`].
     pub fn set_overrides(&mut self, overrides: Overrides) {
         if overrides == self.overrides {
@@ -37,10 +37,10 @@ where
     /// Plans a few more of the queued moves for a change of overrides; returns whether more of them
     /// are left.
     ///
-    /// All limits are kept meanwhile; the moves that are left are planned for the speed asked for
+    /// All limits are kept meanwhile. The moves that are left are planned for the speed asked for
     /// before the change. No move can be queued until it is over: at most 65 calls for 1024 moves.
-    /// [`Planner::push`] and [`crate::Segmenter::next`] call it too. Bounded: 16 moves, since a
-    /// `Machine::poll` may call it for each segment that it makes.
+    /// [`Planner::push`] and [`crate::Segmenter::next`] call it too. Bounded by a block of moves,
+    /// 16 in the usual queue, since a `Machine::poll` may call it for each segment that it makes.
     pub fn renew(&mut self) -> bool {
         if !self.queue.is_renewing() {
             return false;

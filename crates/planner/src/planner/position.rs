@@ -12,13 +12,13 @@ where
         self.position
     }
 
-    /// Says where the motors stand. At rest with an empty queue only.
+    /// Sets where the motors stand. At rest with an empty queue only.
     pub fn set_position(&mut self, steps: [i32; MOTORS]) {
         self.position = steps;
         self.forget_direction();
     }
 
-    /// As [`Planner::steps_at`], for motors that are not where they were the last time only.
+    /// As [`Planner::steps_at`], but only for motors whose place differs from the last time.
     pub(super) fn approach(&mut self, axes: &[Coordinate; AXES]) -> Option<[i32; MOTORS]> {
         let motors = self.kinematics.motors(axes).into_iter();
         let scales = motors.zip(self.scales.steps_per_mm);
@@ -50,8 +50,8 @@ where
         self.kinematics.axes(&motors)
     }
 
-    /// `steps` with every motor beyond the axes put where the motor of its axis is: what their
-    /// counts have to be before a move, since it brings both to the same one.
+    /// `steps` with every motor beyond the axes put where the motor of its axis is. Their counts
+    /// have to be so before a move, since it brings both to the same one.
     pub fn ganged(&self, steps: [i32; MOTORS]) -> [i32; MOTORS] {
         let mut ganged = steps;
         for (motor, place) in ganged.iter_mut().enumerate().skip(AXES) {
