@@ -12,8 +12,8 @@ pub const DEFAULT_TIMER_HZ: u32 = 84_000_000;
 /// The slowest speed of a move: Grbl's minimum feed of 1 mm/min, in mm/s.
 pub(crate) const SLOWEST: f32 = 1.0 / 60.0;
 
-/// As many pixels of a row are made in a second, by their mean length: each is a segment, and an
-/// emulated F407 still takes in 10 000 lines a second beside that. A row that asks for more is
+/// The most pixels of a row that are made in a second, by their mean length. Each is a segment, and
+/// an emulated F407 still takes in 10 000 lines a second beside that. A row that asks for more is
 /// slowed down, so that segments do not run out.
 pub(crate) const PIXELS_A_SECOND: f32 = 12_500.0;
 
@@ -21,8 +21,8 @@ pub(crate) const PIXELS_A_SECOND: f32 = 12_500.0;
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum CornerRule {
-    /// Junction deviation alone, between each move and the next, as in Grbl: its times. Arcs and
-    /// curves of short moves may then ask for several times the acceleration.
+    /// Junction deviation alone, between each move and the next, as in Grbl and with Grbl's times.
+    /// Arcs and curves of short moves may then ask for several times the acceleration.
     Grbl,
     /// Junction deviation at corners, and `v² ≤ a·R` on arcs and on curves of short moves.
     #[default]
@@ -44,19 +44,21 @@ pub struct Config<const AXES: usize> {
     pub junction_deviation: f32,
     /// The bound of the speed at corners and on curves.
     pub corner_rule: CornerRule,
-    /// How far a chord may stay away from its arc, mm. For those who make [`crate::Arc`]s.
+    /// How far a chord may stay away from its arc, mm. For callers that make [`crate::Arc`]s.
     pub arc_tolerance: f32,
     /// Counts of the step timer in a second.
     pub timer_hz: u32,
     /// Ticks are at least this far apart: no motor steps faster, and step smoothing keeps to it.
     pub shortest_tick: Ticks,
-    /// The longest segment, seconds, unless one step alone takes longer: a segment that is handed
-    /// out is out of reach of a hold. No more than a millisecond, for which edges are exact.
+    /// The longest segment, seconds, unless one step alone takes longer: a hold cannot change a
+    /// segment that is handed out. 10⁻⁶ to 10⁻³: edges are exact in segments of a millisecond at
+    /// most.
     pub longest_segment: f32,
-    /// How many moves may be queued, the running one included; no more than the planner's capacity.
+    /// How many moves may be queued, the running one included. More than the planner has room for
+    /// counts as that room.
     pub moves: usize,
-    /// How many changes of power rows of laser pixels may hold together; no more than the planner
-    /// has room for. 0: each line is a move of its own, as in Grbl.
+    /// How many changes of power rows of laser pixels may hold together. More than the planner has
+    /// room for counts as that room. 0: each line is a move of its own, as in Grbl.
     pub pixels: usize,
 }
 
@@ -108,7 +110,7 @@ pub(crate) const DECIMALS: f32 = 0.0005;
 /// exact arithmetic.
 pub(crate) const MARGIN: f32 = 1.0 - 1.0 / (1 << 19) as f32;
 
-/// The values of a [`Config`] that `push` needs, with the divisions done; limits less their
+/// The values of a [`Config`] that `push` needs, with the divisions done. Limits are multiplied by
 /// [`MARGIN`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Limits<const AXES: usize> {
@@ -120,8 +122,7 @@ pub(crate) struct Limits<const AXES: usize> {
     pub(crate) per_acceleration: [f32; AXES],
     /// The largest of them: 1/acceleration of the weakest axis, s²/mm.
     pub(crate) per_weakest: f32,
-    /// How far a point may be beside the place that was meant, by the rounding of steps and of
-    /// decimals, mm.
+    /// How far the rounding of steps and of decimals may have moved a point, mm.
     pub(crate) rounding: [f32; AXES],
     /// Highest step rate of a motor, steps/s.
     pub(crate) step_rate: f32,
@@ -154,15 +155,14 @@ impl<const AXES: usize> Limits<AXES> {
     }
 }
 
-/// The square of as many of the coarsest steps as short pieces are joined to, mm².
+/// The square of the length of [`STEPS`] of the coarsest steps, mm².
 fn short2<const AXES: usize>(config: &Config<AXES>) -> f32 {
     let steps = config.steps_per_mm.iter().map(|scale| 1.0 / scale.to_f32());
     let length = STEPS as f32 * steps.fold(0.0, most);
     length * length
 }
 
-/// How far each motor turns its axis with a step: from the axes' [`Config`], once, so that no move
-/// looks it up.
+/// The scale of each motor, taken from its axis in [`Config`] once, so that no move looks it up.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scales<const MOTORS: usize> {
     pub(crate) steps_per_mm: [StepsPerMm; MOTORS],
@@ -171,7 +171,7 @@ pub(crate) struct Scales<const MOTORS: usize> {
 }
 
 impl<const MOTORS: usize> Scales<MOTORS> {
-    /// A motor whose axis is not there stands still; its scale matters to nobody.
+    /// For a motor without an axis: it stands still, whatever its scale.
     const NO_AXIS: StepsPerMm = StepsPerMm::from_nanos(crate::NANOS_PER_MM);
 
     pub(crate) fn new<const AXES: usize>(
@@ -192,9 +192,9 @@ impl<const MOTORS: usize> Scales<MOTORS> {
 /// The unit of squared speeds in the look-ahead: a power of two, so that conversion rounds but
 /// once.
 ///
-/// Chosen so that the square of the machine's largest possible speed (all axes at their rate) lies
-/// between 2³⁰ and 2³¹: a squared speed is then known to 10⁻⁹ of the largest one, and all sums are
-/// exact whole numbers.
+/// The square of the machine's largest possible speed (all axes at their rate) lies between 2³⁰ and
+/// 2³¹ units. So a squared speed is known to 10⁻⁹ of the largest one, and all sums are exact whole
+/// numbers.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct SpeedUnit {
     /// Units in 1 mm²/s².

@@ -1,6 +1,6 @@
-//! The bounds of motion, in words: for the explanation of a job, not for its execution.
+//! The bounds of motion, for the explanation of a job, not for its execution.
 //!
-//! Nothing here is kept; it is read off the queue when it is asked for.
+//! Nothing here is stored; it is read from the queue when it is asked for.
 
 use crate::moves::PlannedMove;
 use crate::space::polygon::cap;

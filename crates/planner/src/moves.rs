@@ -31,7 +31,7 @@ pub enum Feed {
     Rapid,
     /// `F` in G94, in mm/s.
     PerMinute(f32),
-    /// `F` in G93: the whole move takes 1/F, in 1/s.
+    /// `F` in G93, in 1/s: the whole move takes 1/F.
     InverseTime(f32),
 }
 
@@ -86,7 +86,7 @@ impl MovePower {
         }
     }
 
-    /// The same power, in proportion to the speed where it is a laser's.
+    /// The same power; a laser's constant power is made to follow the speed.
     pub(crate) fn with_speed(self) -> Self {
         match self {
             Self::Constant { power } => Self::Dynamic { power },
@@ -131,29 +131,30 @@ pub(crate) struct PlannedMove<const AXES: usize, const MOTORS: usize> {
     pub(crate) rate: f32,
     /// Speed along the path as programmed, mm/s.
     pub(crate) feed: f32,
-    /// Curvature at its start by the accelerations of the axes, s²/mm² (see `polygon`).
+    /// Curvature at its start over the acceleration of each axis, s²/mm² (see `polygon`).
     pub(crate) bend: [f32; AXES],
-    /// How far that reaches to both sides, mm; 0: there is none.
+    /// The curvature holds for this length to both sides, mm; 0: there is none.
     pub(crate) reach: f32,
     /// Limit at the move's start by corner and curvature, squared, in speed units.
     pub(crate) corner: u32,
     /// Limit at the move's start by the corner and both nominal speeds, squared, in speed units.
     pub(crate) cap: u32,
-    /// How fast it may begin so that all that follows can be kept, squared, in speed units (see
-    /// `lookahead`).
+    /// The highest squared speed at its start for which all later limits can be kept, in speed
+    /// units (see `lookahead`).
     pub(crate) entry: u32,
     pub(crate) line_number: u32,
     pub(crate) outputs: OutputChange,
-    /// Changes of power on the way: how many of the pool's pixels are its own.
+    /// How many of the pool's pixels are the move's own: changes of power on the way.
     pub(crate) pixels: u16,
     pub(crate) kind: MoveKind,
-    /// Whether some of its pixels are rapids: then no override lets it be faster than them.
+    /// Whether some of its pixels are rapids: then no override makes it faster than the rapid
+    /// override lets them be.
     pub(crate) has_gaps: bool,
     /// Whether `entry` would be more if motion could go on behind the last move.
     pub(crate) hangs: bool,
 }
 
-/// Stands for no line number: GRBL's end at 10 million.
+/// Stands for no line number: Grbl's line numbers end at 10 million.
 const NO_LINE_NUMBER: u32 = u32::MAX;
 
 impl<const AXES: usize, const MOTORS: usize> PlannedMove<AXES, MOTORS> {
@@ -166,7 +167,8 @@ impl<const AXES: usize, const MOTORS: usize> PlannedMove<AXES, MOTORS> {
         line_number.unwrap_or(NO_LINE_NUMBER)
     }
 
-    /// Makes a planned move of `of`, with limits and all that depends on the queue still to come.
+    /// Makes a planned move for `of`. Its limits, and all that depends on the queue, are still to
+    /// come.
     pub(crate) fn new(of: &Move<AXES>, delta: [i32; MOTORS]) -> Self {
         Self {
             delta,
@@ -199,7 +201,7 @@ impl<const AXES: usize, const MOTORS: usize> PlannedMove<AXES, MOTORS> {
         self.is_straight() && self.corner < u32::MAX
     }
 
-    /// Whether nothing but its place tells `of`, a line, from it.
+    /// Whether `of` is a line that differs from it in nothing but its place.
     pub(crate) fn goes_on_with(&self, of: &Move<AXES>) -> bool {
         self.pixels == 0
             && of.curve.is_none()
@@ -210,7 +212,7 @@ impl<const AXES: usize, const MOTORS: usize> PlannedMove<AXES, MOTORS> {
             && self.line_number() == of.line_number
     }
 
-    /// The highest speed at any override, squared, mm²/s²: a plan for it holds at all of them.
+    /// The highest squared speed at any override, mm²/s²: a plan for it holds at all of them.
     pub(crate) fn top_v2(&self) -> f32 {
         const HIGHEST_OVERRIDE: f32 = 2.0;
         let top = least(self.rate, self.feed * HIGHEST_OVERRIDE);

@@ -6,7 +6,7 @@
 //! `t`:
 //!
 //! ```text
-//!   motion   | front ...... | second | third ...............|      segments that wait, oldest first
+//!   motion   | front ...... | second | third ...............|     segments that wait, oldest first
 //!            |<----- lead ----->|
 //!   power                       ^ for the front's first tick
 //! ```

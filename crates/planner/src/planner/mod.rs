@@ -1,4 +1,4 @@
-//! Moves in, planned moves queued: steps, limits along the line, corners.
+//! Queues moves as planned moves: steps, limits along the line, corners.
 
 mod append;
 mod backlog;
@@ -41,16 +41,16 @@ pub struct Planner<'q, K, const AXES: usize, const MOTORS: usize> {
     queue: LookAhead<'q, AXES, MOTORS>,
     /// Where the last queued move ends, steps.
     position: [i32; MOTORS],
-    /// The target of the last `push`, by motors, and its steps: most moves leave some motor where
-    /// it is.
+    /// The target of the last `push`, as places of the motors, and its steps: most moves leave some
+    /// motor where it is.
     target: [(Coordinate, i32); MOTORS],
-    /// Direction at the end of the last queued move, by Grbl's rule.
+    /// Direction at the end of the last queued move, for Grbl's rule.
     last: Option<[f32; AXES]>,
-    /// The speed of the last planned move by itself, mm/s.
+    /// The nominal speed of the last planned move, mm/s.
     nominal_before: Option<f32>,
     /// The last queued move, if more may be merged into it.
     row: Option<Row<MOTORS>>,
-    /// The last queued move, if it is a few steps long, for the next one to be joined to it.
+    /// The last queued move, if it is a few steps long, so that the next one can be joined to it.
     short: Option<Short<MOTORS>>,
     pixels: Pixels<'q>,
     backlog: Backlog,
@@ -66,8 +66,8 @@ pub struct Planner<'q, K, const AXES: usize, const MOTORS: usize> {
 pub enum Pushed {
     /// It is queued.
     Queued,
-    /// It goes on from the queued move before it and is part of it now: the next change of power of
-    /// a row.
+    /// It goes on from the queued move before it, and has become the next change of power of that
+    /// row.
     Merged,
     /// It is not a step long: there is nothing to do.
     TooShort,
@@ -200,15 +200,16 @@ where
         })
     }
 
-    /// Whether one more move can be queued. Not for a moment after a change of overrides, see
-    /// [`Planner::renew`].
+    /// Whether one more move can be queued. Nothing can for a moment after a change of overrides,
+    /// see [`Planner::renew`].
     pub fn has_room(&self) -> bool {
         let free = self.pixels.len() < self.pixel_capacity().max(1);
         free && self.len() < self.capacity() && !self.queue.is_renewing()
     }
 
-    /// How many more moves can be queued, as if pixels took room of theirs in proportion: 0 where
-    /// there is no room, all where nothing is queued, fewer the more lines are.
+    /// How many more moves can be queued. Where that is less, it is the free share of the room for
+    /// pixels, in moves: 0 where there is no room, all where nothing is queued, fewer the more
+    /// lines are.
     pub fn room(&self) -> usize {
         let (all, capacity) = (self.capacity(), self.pixel_capacity().max(1));
         let free = capacity.saturating_sub(self.pixels.len());
@@ -216,7 +217,8 @@ where
         free.min(all.saturating_sub(self.len()))
     }
 
-    /// How many moves the queue holds at most: `Config::moves`, the planner's size at most.
+    /// How many moves the queue holds at most: `Config::moves`, or the queue's room where that is
+    /// less.
     pub const fn capacity(&self) -> usize {
         self.config.moves
     }
@@ -311,10 +313,10 @@ where
         self.pixels.pop()
     }
 
-    /// What the running move's profile depends on, besides the move. Moves whose curvature is not
-    /// known yet are planned now, where the running move would have to slow down for want of them.
+    /// What the running move's profile depends on, besides the move. Where the running move would
+    /// have to slow down for want of moves whose curvature is not known yet, these are planned now.
     pub(crate) fn outlook(&mut self) -> Outlook {
-        /// As many are planned at a time at most.
+        /// The most moves that are planned at a time.
         const MOST: usize = 4;
         self.find();
         if self.hangs() && self.lacks_what_waits() {
@@ -331,12 +333,12 @@ where
         }
     }
 
-    /// Whether moves that wait until the turn at their start is known are many beside those that
-    /// are planned.
+    /// Whether too many moves wait until the turn at their start is known, beside those that are
+    /// planned.
     fn lacks_what_waits(&self) -> bool {
-        /// As many planned moves can do without one that waits.
+        /// One move may wait for this many that are planned.
         const FEW: usize = 64;
-        /// Before a corner: a move that is planned too early there stays slow.
+        /// The same before a corner: a move that is planned too early there stays slow.
         const FEW_BEFORE_CORNER: usize = 8;
         self.window.as_ref().is_some_and(|window| {
             let few = if window.waits_at_corner() {

@@ -10,8 +10,10 @@
 //! ```text
 //!                      Y       Z              X, the dominant motor
 //!   |------------------|-------|--------------|
-//!     part of Y alone   of Z    of all others      each motor comes on by the whole step event at once
+//!     part of Y alone   of Z    of all others
 //! ```
+//!
+//! A motor comes on by the whole step event at once in its part.
 //!
 //! Ticks cannot be any closer than [`Timing::shortest_tick`]: a step that is due sooner after a
 //! tick comes a little late, or with the next one.
