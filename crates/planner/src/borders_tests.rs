@@ -1,10 +1,10 @@
-//! Where a line goes on as a curve in short lines, no axis accelerates more than its setting says,
-//! on the motors: the second difference of the places that the step edges say.
+//! Where a line goes on as a curve in short lines, no axis accelerates more than its setting says
+//! on the motors: by the second difference of the places that the step edges tell.
 //!
 //! An axis whose acceleration is `a` at most has `|x(t−h) − 2·x(t) + x(t+h)| ≤ a·h²`. Three places
-//! are whole steps: four steps more are allowed, and four times what the ends of lines are rounded
-//! by. A curve in lines turns in jumps, `n` of them within `h`. That makes up to `1/4n²` more of
-//! it: 2 % from four of them on.
+//! are whole steps: four steps more are allowed, and four times the rounding of the ends of lines.
+//! A curve in lines turns in jumps, `n` of them within `h`. That adds up to `1/4n²` of it: 2 % from
+//! four of them on.
 
 use crate::edges_tests::{Edges, WINDOWS};
 use crate::limits_tests::Cut;
@@ -16,13 +16,14 @@ use std::cell::Cell;
 use std::vec::Vec;
 use std::{format, println};
 
-/// mm.
+/// Length of each of the two lines, mm.
 const LINE: f64 = 6.0;
 
-/// Of the acceleration: 2 % for the jumps of the curve, 4 % for what planning takes for rounding.
+/// The allowed share of the acceleration: 2 % more for the jumps of the curve, 4 % more for what
+/// planning takes for rounding.
 const MOST: f64 = 1.06;
 
-/// Lines of the curve within half a window.
+/// The least number of lines of the curve within half a window.
 const LINES: f64 = 4.0;
 
 /// A line, a curve that it touches, and a line that touches the curve's end. Lengths in mm, angles

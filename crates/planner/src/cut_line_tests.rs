@@ -13,11 +13,11 @@ use std::cell::Cell;
 use std::vec::Vec;
 use std::{env, format, println};
 
-/// mm.
+/// Length of the line and of a piece, mm.
 const LENGTH: f64 = 60.0;
 const PIECE: f64 = 0.01;
 
-/// Times the time of the line at most.
+/// The most that the pieces may take, as a share of the line's time.
 const MOST: f64 = 1.01;
 
 const SCALES: [i64; 3] = [80, 250, 800];
@@ -76,8 +76,8 @@ fn line() -> impl Strategy<Value = Line> {
 }
 
 impl Line {
-    /// Whether 1024 moves suffice to stop from the feed, twenty in a hundred of them shorter than
-    /// they could be.
+    /// Whether 1024 moves suffice to stop from the feed, even where twenty in a hundred of them are
+    /// shorter than they could be.
     fn fits_the_queue(&self) -> bool {
         let piece = (f64::from(STEPS) / self.steps_per_mm as f64).max(PIECE);
         let (feed, acceleration) = (f64::from(self.feed), f64::from(self.acceleration));

@@ -26,7 +26,7 @@ struct Round {
     jerk: f32,
     rule: CornerRule,
     moves: Vec<Move<2>>,
-    /// Each with its number of segments before: a hold, or a feed override.
+    /// Each comes after a number of segments: a hold, or a feed override.
     events: Vec<(usize, Option<u8>)>,
 }
 

@@ -1,10 +1,10 @@
-//! No limit is broken on the motors: the second difference of the places that the step edges say,
-//! over 5 to 50 ms.
+//! No limit is broken on the motors, by the second difference, over 5 to 50 ms, of the places that
+//! the step edges tell.
 //!
 //! An axis whose acceleration is `a` at most has `|x(t−h) − 2·x(t) + x(t+h)| ≤ a·h²`. Three places
-//! are whole steps, each half a step from the line at most: four steps more are allowed. Where one
-//! part of a program meets the next there is a corner, whose speed jumps: windows with one in them
-//! are left out (`corners_tests` looks at those).
+//! are whole steps, each off the line by half a step at most: four steps more are allowed. Where
+//! one part of a program meets the next there is a corner, whose speed jumps: windows with a corner
+//! in them are left out (`corners_tests` checks those).
 
 use crate::limits_tests::{program, Cut, Program};
 use crate::reference::{Rig, RigQueue};
@@ -17,10 +17,10 @@ use std::{format, println, string::String};
 /// Half lengths of windows, ms.
 pub(crate) const WINDOWS: [f64; 5] = [5.0, 10.0, 20.0, 35.0, 50.0];
 
-/// Places are looked at so often, ms.
+/// Time from one place that is checked to the next, ms.
 const EVERY: f64 = 3.0;
 
-/// Longer than this, s, a program is not looked at.
+/// A program that takes longer than this, s, is not checked.
 const LONGEST: f64 = 10.0;
 
 /// When each step of each axis came (s) and where it led, and when the parts of the program began.
@@ -126,7 +126,7 @@ fn campaign(cases: u32, plant: impl Fn(&mut Config<2>)) -> Result<f64, String> {
     };
     let worst = core::cell::Cell::new(0.0f64);
     let result = runner.run(&program(), |program| {
-        // Finer than 0.0025 mm, four steps are less than what a chord strays from its arc.
+        // With coarser steps, four of them are more than a chord strays from its arc.
         prop_assume!(program.steps_per_mm.iter().all(|steps| *steps <= 400));
         let mut settings = Config {
             corner_rule: CornerRule::Limits,

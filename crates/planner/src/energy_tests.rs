@@ -8,12 +8,12 @@ use leadscrew_stepper::Power;
 use proptest::prelude::*;
 use std::vec::Vec;
 
-/// Power that is less than this share is not looked at: pixels keep theirs in 2⁻²² (see `pixel`),
-/// of which this is 200; a level of the board's PWM is more.
+/// Power below this share is not checked. Pixels keep their power in units of 2⁻²² (see `pixel`),
+/// of which this is 200; one level of the board's PWM is more.
 const FLOOR: f64 = 4.8e-5;
 
-/// Shorter intervals, timer counts, are not looked at: rounding to whole counts alone is a
-/// hundredth of them.
+/// Shorter intervals, timer counts, are not checked: rounding to whole counts alone is a hundredth
+/// of them.
 const SHORTEST: u64 = 100;
 
 /// A straight line of a program: steps, share of full power, feed in mm/s.
@@ -40,7 +40,7 @@ impl Leg {
     }
 }
 
-/// The interference: with which segment, and a hold or an override.
+/// What interferes: the number of segments before it, and a feed override or, without one, a hold.
 type Meddling = Vec<(usize, Option<u8>)>;
 
 fn moves(legs: &[Leg]) -> Vec<Move<2>> {
@@ -56,7 +56,7 @@ fn moves(legs: &[Leg]) -> Vec<Move<2>> {
     moves.collect()
 }
 
-/// Runs `legs`; the largest relative error of the energy of a step, and where it was.
+/// Runs `legs`. Returns the largest relative error of the energy of a step, and where it was.
 fn worst_error(
     config: Config<2>,
     legs: &[Leg],
@@ -67,8 +67,8 @@ fn worst_error(
     for next in moves(legs) {
         rig.planner.push(&next).unwrap();
     }
-    // Faster than programmed there may be no power left to follow with, in all or a part of a
-    // segment.
+    // Where motion is faster than programmed the power may reach full, in all or a part of a
+    // segment, and follow no further.
     let faster = meddling.iter().any(|(_, feed)| *feed > Some(100));
     let most = if faster { 0.8 } else { 1.1 };
     let mut worst = (0.0, None);

@@ -25,17 +25,18 @@ const FEW: u32 = 150;
 /// Seconds that a move may take at its rate: slow steps are many segments.
 const LONGEST: f32 = 30.0;
 
-/// The bounds, seconds, besides 10⁻⁷ of the time since the move began: the dominant motor's, and
-/// the bound of the others where a sixteenth of the dominant motor's interval is less.
+/// The bounds of the errors, seconds, besides 10⁻⁷ of the time since the move began: that of the
+/// dominant motor, and that of the others unless a sixteenth of the dominant motor's interval is
+/// more.
 const DOMINANT: f64 = 1e-6;
 const OTHERS: f64 = 5e-6;
 
-/// From tick to tick with pulses of 10 µs on the F407, seconds.
+/// The shortest tick with pulses of 10 µs on the F407, seconds.
 const LONG_TICK: f32 = 11e-6;
 
-/// How much longer half a tick may be than the shortest tick: speed grows by 1.08 in the segment
-/// before (`fit::GROWTH`), and in a segment it changes by 12 % from the first tick to the last at
-/// most, so that the last is 1.06 shorter than the mean one and the first 1.06 longer.
+/// How much longer half a tick may be than the shortest tick. The speed grows by 1.08 in the
+/// segment before (`fit::GROWTH`). In a segment it changes by 12 % from the first tick to the last
+/// at most, so that the last tick is 1.06 shorter than the mean one and the first 1.06 longer.
 const GROWTH: f64 = 1.08 * 1.06 * 1.06;
 
 /// The error of the ticks themselves, seconds: the largest error of the dominant motor in
@@ -54,7 +55,7 @@ impl Random {
         random
     }
 
-    /// 0 to 1.
+    /// The next number, 0 to 1.
     fn next(&mut self) -> f32 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -62,7 +63,7 @@ impl Random {
         (self.0 >> 40) as f32 / (1 << 24) as f32
     }
 
-    /// Between two powers of ten.
+    /// A number between two powers of ten.
     fn ten_to(&mut self, from: f32, to: f32) -> f32 {
         10f32.powf(from + (to - from) * self.next())
     }
@@ -73,7 +74,7 @@ impl Random {
     }
 }
 
-/// A move, a step a mm, so that mm are steps, and the events in between.
+/// A move of one step a mm, so that mm are steps, and the events in between.
 #[derive(Clone, Copy, Debug)]
 struct Case {
     seed: u32,
@@ -110,7 +111,7 @@ impl Case {
         }
     }
 
-    /// The same with a jerk limit: the acceleration grows in 1 to 100 ms.
+    /// A random case with a jerk limit: the acceleration grows in 1 to 100 ms.
     fn with_jerk(seed: u32) -> Self {
         let case = Self::new(seed);
         let seconds = Random::new(seed ^ 0x5555).ten_to(-3.0, -1.0);
@@ -121,8 +122,8 @@ impl Case {
         }
     }
 
-    /// The same with pulses of 10 µs, Grbl's default: ticks are 11 µs apart, and rates are capped
-    /// there.
+    /// A random case with pulses of 10 µs, Grbl's default: ticks are 11 µs apart, and rates are
+    /// capped there.
     fn with_long_pulses(seed: u32) -> Self {
         let case = Self::new(seed);
         let most = 1.0 / LONG_TICK;
@@ -145,8 +146,8 @@ impl Case {
     /// The error that motors other than the dominant one may have at a step that takes `interval`,
     /// seconds.
     fn others(&self, interval: f64) -> f64 {
-        // There is no tick in a step of less than two: half of it. Else half of a tick, which is
-        // less than two of the shortest.
+        // A step of less than two ticks has none within it: half the step. Otherwise half of a
+        // tick, which is less than two of the shortest.
         let tick = f64::from(self.shortest_tick);
         let half = f64::min(0.5 * interval, GROWTH * tick);
         OTHERS.max(interval / 16.0).max(half)
@@ -193,7 +194,7 @@ fn times(profile: &Profile) -> Times {
 /// The profiles that a move ran on, one after the other.
 #[derive(Default)]
 struct Schedule {
-    /// Each one's first step, when that was, and its times from there.
+    /// The place where each one begins, steps, when that was, and its times from there.
     profiles: Vec<(f64, f64, Times)>,
 }
 
@@ -264,12 +265,12 @@ fn play(case: &Case, mut meddle: impl FnMut(&mut Segment<3>)) -> (Schedule, Edge
 /// The errors of edges, as a share of the allowed ones.
 #[derive(Clone, Copy, Default, Debug)]
 struct Worst {
-    /// Of the dominant motor, and in seconds beyond 10⁻⁷ of the time.
+    /// Of the dominant motor. Its error does not count 10⁻⁷ of the time.
     dominant: f64,
     /// Of the others.
     others: f64,
-    /// Where that is: the place of the dominant motor (steps), that motor's interval there, and how
-    /// late (seconds).
+    /// Where that of the others is: the place (steps of the dominant motor), the interval of the
+    /// dominant motor there, and how late the edge is (seconds).
     place: [f64; 3],
 }
 

@@ -75,12 +75,14 @@ proptest! {
             let mut segment = rig.step();
             while !rig.segmenter.at_step() {
                 segment = rig.step();
-                // A millisecond: rounding adds less than a tenth of a microsecond.
+                // A segment takes a millisecond at most: rounding adds less than a tenth of a
+                // microsecond.
                 prop_assert!(segment.is_none_or(|segment| segment.duration() <= 84_008), "{:?}", segment);
             }
             let (now, elapsed) = (motion(&rig), (rig.player.now - at) as f64 / 84e6);
             let change = (now.1 - before.1).abs();
-            // A step that the profile begins or ends in has its jerk in less than the step's time.
+            // A step in which the profile begins or ends has the change of acceleration in less
+            // than the step's time.
             let slack = 1e-2 * f64::from(acceleration);
             prop_assert!(change <= f64::from(jerk) * elapsed * 1.01 + slack, "{:?} {:?} in {} s", before, now, elapsed);
             let gained = (now.0 - before.0).abs();
@@ -92,7 +94,7 @@ proptest! {
                 prop_assert_eq!(rig.segmenter.speed(), 0.0);
                 rig.segmenter.resume();
             } else if let Some(segment) = segment {
-// A plan that changes at the end of a stop may touch rest and go on.
+                // A plan that changes at the end of a stop may touch rest and go on.
                 prop_assert!(segment.at_rest.is_none() || rig.segmenter.speed() <= 0.0);
             } else {
                 break;

@@ -154,7 +154,7 @@ pub(crate) struct PlannedMove<const AXES: usize, const MOTORS: usize> {
     pub(crate) hangs: bool,
 }
 
-/// Stands for no line number: Grbl's line numbers end at 10 million.
+/// Stands for no line number: GRBL's line numbers end at 10 million.
 const NO_LINE_NUMBER: u32 = u32::MAX;
 
 impl<const AXES: usize, const MOTORS: usize> PlannedMove<AXES, MOTORS> {

@@ -1,5 +1,5 @@
-//! Outputs change where their move begins, whatever becomes of the moves around it: rows, short
-//! moves that are one, corners.
+//! Outputs change where their move begins, whatever becomes of the moves around it: rows, joined
+//! short moves, corners.
 
 use crate::reference::{to, Rig, RigQueue};
 use crate::{Config, Coordinate, CornerRule, Move, MovePower};

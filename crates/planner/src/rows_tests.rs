@@ -12,8 +12,8 @@ use leadscrew_stepper::Power;
 use proptest::prelude::*;
 use std::vec::Vec;
 
-/// A row: the way of its pixels in steps, and of each how many times that it is long, and its power
-/// in 2⁻²².
+/// A row: the way of a pixel in steps, and for each pixel how many times as long it is, and its
+/// power in 2⁻²².
 type Row = ([i32; 2], Vec<(i32, u32)>);
 
 /// A pixel as the motors are to make it: from where the last one ended, and its power.
@@ -57,11 +57,11 @@ fn moves(pixels: &[Due]) -> Vec<Move<2>> {
     moves.collect()
 }
 
-/// The interference: with which segment, and a hold or an override.
+/// What interferes: the number of segments before it, and a feed override or, without one, a hold.
 type Meddling = Vec<(usize, Option<u8>)>;
 
-/// Runs the pixels and looks at the motors at each border and at the power of each dominant step.
-/// Returns how many planned moves there were.
+/// Runs the pixels. Checks the motors at each border, and the power of each dominant step. Returns
+/// how many planned moves there were.
 fn run(config: Config<2>, pixels: &[Due], meddling: &Meddling) -> Result<usize, TestCaseError> {
     let mut queue = RigQueue::new();
     let mut rig = Rig::new(config, &mut queue);
@@ -92,7 +92,7 @@ fn run(config: Config<2>, pixels: &[Due], meddling: &Meddling) -> Result<usize, 
                 *at += sign * i32::from(timed.tick.step.contains(motor));
             }
             if timed.tick.step.contains(due.dominant()) {
-                // The last step of a hold takes long, and has less.
+                // The last step of a hold takes long, and has less power.
                 let faded = rig.segmenter.is_held() && timed.tick.power < due.power;
                 prop_assert!(faded || timed.tick.power == due.power);
                 made += 1;

@@ -4,7 +4,7 @@ use crate::Config;
 use core::fmt;
 use core::ops::RangeInclusive;
 
-/// Rates in mm/s and accelerations in mm/s²: all that Grbl's settings can say, and far from where
+/// Rates in mm/s and accelerations in mm/s²: all that GRBL's settings can say, and far from where
 /// an `f32` overflows.
 const ABOVE_ZERO: RangeInclusive<f32> = 1e-12..=1e10;
 /// Jerk in mm/s³ and junction deviation in mm.

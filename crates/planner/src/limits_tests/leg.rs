@@ -42,8 +42,8 @@ fn float(x: &BigRational) -> f64 {
     x.to_f64().expect("a number")
 }
 
-/// By how much more than its acceleration a profile changes the squared speed from its start to its
-/// end, as a share of that: what rounding makes of speeds.
+/// By how much more than its acceleration allows a profile changes the squared speed from its start
+/// to its end, as a share of the greater of the two: the effect of rounding on speeds.
 fn joint(profile: &Trapezoid) -> f64 {
     let (entry, exit) = (exact(profile.entry_v2()), exact(profile.exit_v2()));
     let [up, down] = profile.accelerations().map(|a| exact(a.abs()));
@@ -86,7 +86,7 @@ impl Leg {
         }
     }
 
-    /// The leg that the planner makes of it and a short one that follows.
+    /// Joins it with a short leg that follows, as the planner does.
     pub(crate) fn joined(&mut self, cut: &Cut, delta: [i32; 2], scale: [i64; 2]) {
         let delta = [0, 1].map(|i| delta[i] + self.delta[i]);
         let circle = self.circle.zip(cut.circle);
@@ -106,7 +106,7 @@ impl Leg {
         f64::from(steps_v2) * float(&self.step2())
     }
 
-    /// The settings against one profile.
+    /// Checks one profile against the settings.
     pub(super) fn check(&self, profile: &Trapezoid, limits: &Config<2>) -> Result<Worst, String> {
         let mut worst = Worst {
             jump: joint(profile),
@@ -145,8 +145,8 @@ impl Leg {
     }
 
     /// The largest share of an axis's acceleration that a curvature (1/mm) takes at a squared
-    /// speed, where the direction is as uncertain as a chord and rounding make it. (The part that is
-    /// left to ramps is seen on the step edges: `edges_tests`.)
+    /// speed. The direction is as uncertain as a chord and rounding make it. (The step edges show
+    /// the part that is left to ramps: `edges_tests`.)
     fn on_circle(&self, steps_v2: f32, curvature: f64, limits: &Config<2>) -> f64 {
         let rounding = limits.steps_per_mm.map(|steps| 1e9 / steps.nanos() as f64);
         let unsure =
@@ -159,8 +159,8 @@ impl Leg {
         share(0).max(share(1))
     }
 
-    /// Whether it is so long that rounding hides no corner at its ends: 40 of the coarsest steps,
-    /// and half a millimetre.
+    /// Whether rounding hides no corner at its ends: it is longer than 40 of the coarsest steps,
+    /// and than half a millimetre.
     pub(crate) fn stands_alone(&self, limits: &Config<2>) -> bool {
         let steps = limits
             .steps_per_mm

@@ -14,9 +14,11 @@ use std::vec::Vec;
 pub(super) enum Part {
     /// mm.
     Line { x: f64, y: f64 },
-    /// A G2 or G3: where it begins on its circle (radians), radius (mm), turned through.
+    /// A G2 or G3: the angle on its circle where it begins (radians), its radius (mm), and the
+    /// angle of the turn (radians).
     Arc { from: f64, radius: f64, turn: f64 },
-    /// A circle as CAM cuts it, points rounded to 3 decimals: besides, the length of a piece.
+    /// A circle as CAM cuts it, with points rounded to 3 decimals: as an arc, with the length of a
+    /// piece.
     Cut {
         from: f64,
         radius: f64,
@@ -34,7 +36,7 @@ pub(super) enum Event {
     Resume,
     Feed(u8),
     Rapid(u8),
-    /// A hold, and at its rest all that is left is forgotten.
+    /// A hold; at its rest all motion that is left is forgotten.
     Cancel,
 }
 
@@ -60,7 +62,8 @@ fn part() -> impl Strategy<Value = Part> {
         2 => (angle(), -0.5f64..1.2, turn()).prop_map(|(from, size, turn)| Part::Arc { from, radius: 10f64.powf(size), turn }),
         2 => (angle(), 0.0f64..1.5, turn(), 0.02f64..0.3).prop_map(|(from, size, turn, piece)| {
             let radius = 10f64.powf(size);
-            // As near to the circle as the chords of an arc: farther away, corners are corners.
+            // Pieces stay as near to the circle as the chords of an arc: farther away, their
+            // corners are corners.
             Part::Cut { from, radius, turn, piece: piece.min((8.0 * 0.002 * radius).sqrt()) }
         }),
         1 => (angle(), 0.1f64..2.0, 0.01f64..0.1).prop_map(|(angle, length, piece)| Part::CutLine { angle, length, piece }),
@@ -108,7 +111,7 @@ pub(crate) fn program() -> impl Strategy<Value = Program> {
     )
 }
 
-/// A circle that is cut into pieces, and where a piece of it lies: mm.
+/// A circle that is cut into pieces, and the place of one piece on it. Lengths in mm.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Circle {
     radius: f64,
@@ -133,8 +136,9 @@ impl Circle {
     }
 
     /// The curvature at both ends of a piece of this length, 1/mm, or 0 where the curve itself
-    /// ends. Points are rounded, and the path may pass them as far on the other side: over the way
-    /// to the nearer end of the curve it may be so much straighter than the circle.
+    /// ends. Points are rounded, and the path may pass them as far away on the other side. So over
+    /// the way to the nearer end of the curve the path may be straighter than the circle by that
+    /// much.
     pub(super) fn ends(self, length: f64) -> [f64; 2] {
         let at = |way: f64| (1.0 / self.radius - 8.0 * Self::ROUNDING / (way * way)).max(0.0);
         let (before, behind) = (self.before, self.behind);
@@ -154,7 +158,7 @@ pub(crate) struct Cut {
 }
 
 impl Cut {
-    /// A line that is a part of its own.
+    /// A line that is a part by itself.
     pub(crate) fn line(of: Move<2>) -> Self {
         Self {
             of,

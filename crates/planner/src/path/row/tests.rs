@@ -200,7 +200,7 @@ fn a_row_with_gaps_is_no_faster_than_the_rapid_override_allows() {
     assert_eq!(rig.planner.len(), 2);
 }
 
-/// 0.05 mm pixels at 500 mm/s²: the row has to be known for 202 mm to go on at 450 mm/s.
+/// With 0.05 mm pixels at 500 mm/s², the row has to be known for 202 mm ahead to go on at 450 mm/s.
 #[test]
 fn a_row_of_small_pixels_runs_as_fast_as_one_long_line() {
     let power = |k: u32| 10 + k * 37 % 90;
@@ -239,7 +239,8 @@ fn a_full_pool_is_a_full_queue_until_a_pixel_was_made() {
     assert_eq!(planner.room(), 8);
 }
 
-/// A part of a program: pixels on from here, a turn, a gap; with sizes and powers.
+/// The parts of a program, each with its kind, size and power: pixels onwards from here, a turn, or
+/// a gap.
 fn parts() -> impl Strategy<Value = Vec<(u8, i32, u32)>> {
     prop::collection::vec((0u8..12, 1i32..60, 0u32..=100), 1..80)
 }
@@ -285,8 +286,8 @@ impl PartialEq for Burnt {
     }
 }
 
-/// Where the motors end, and each tick at which some step, with its power: `moves` run with a
-/// change of overrides half-way through them and a hold after as many segments as `hold` says.
+/// Runs `moves` with a change of overrides half-way through them and a hold after as many segments
+/// as `hold` says. Returns where the motors end, and each tick at which some step, with its power.
 fn burn_interrupted(
     config: Config<2>,
     moves: &[Move<2>],
