@@ -94,7 +94,7 @@ impl Lead {
         rounded.map(|[x, y]| Cut::line(to(x, y, 200.0))).collect()
     }
 
-    /// The largest second difference less what is rounded, as a share of `a·h²`.
+    /// The largest second difference less the rounding, as a share of `a·h²`.
     fn worst(&self) -> f64 {
         let config = Config {
             max_rate: [200.0; 2],

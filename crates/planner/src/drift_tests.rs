@@ -56,7 +56,7 @@ fn round() -> impl Strategy<Value = Round> {
         })
 }
 
-/// The result.
+/// How much was run.
 #[derive(Default, Debug)]
 struct Made {
     steps: u64,

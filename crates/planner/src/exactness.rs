@@ -74,7 +74,7 @@ impl Random {
     }
 }
 
-/// A move of one step a mm, so that mm are steps, and the events in between.
+/// A move at one step a mm, so that mm are steps, and the events in between.
 #[derive(Clone, Copy, Debug)]
 struct Case {
     seed: u32,
@@ -269,8 +269,8 @@ struct Worst {
     dominant: f64,
     /// Of the others.
     others: f64,
-    /// Where that of the others is: the place (steps of the dominant motor), the interval of the
-    /// dominant motor there, and how late the edge is (seconds).
+    /// Where the worst of the others is: the place (steps of the dominant motor), the interval of
+    /// the dominant motor there, and how late the edge is (seconds).
     place: [f64; 3],
 }
 

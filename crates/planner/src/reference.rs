@@ -159,7 +159,7 @@ impl<'q> Rig<'q> {
         }
     }
 
-    /// Plays one segment; returns whether there was one.
+    /// Plays one segment and returns it; `None` where there is none.
     pub(crate) fn step(&mut self) -> Option<Segment<2>> {
         let segment = self.segmenter.next(&mut self.planner)?;
         self.player.play(&segment);

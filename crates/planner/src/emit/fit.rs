@@ -55,7 +55,7 @@ pub(crate) fn steps(v: f32, a: f32, most: f32) -> u32 {
 const FINE: f32 = 9e-6;
 
 /// Below this evenness the speed changes, and half an eighth of a step may take longer than a
-/// sixteenth of the step's time: ticks are sixteenths.
+/// sixteenth of the step's time. So smoothing may be sixteenfold.
 const EVEN: f32 = 1.0;
 
 /// A coarser smoothing begins one segment after it was found to be needed. In that segment the

@@ -325,8 +325,8 @@ mod tests {
         marks.collect()
     }
 
-    /// Marks burnt on the way there and on the way back, with a lead for the laser's delay: how far
-    /// apart (steps) at worst.
+    /// How far apart (steps), at worst, marks are that are burnt on the way there and on the way
+    /// back, with a lead for the laser's delay.
     fn mismatch(lead_us: u32, delay_us: u64, feed: f32) -> f64 {
         let there = [10.0, 10.5, 12.0, 12.1, 12.3, 12.35, 15.0, 18.0, 30.0];
         let back = [18.0, 15.0, 12.35, 12.3, 12.1, 12.0, 10.5, 10.0, 0.0];
@@ -380,8 +380,8 @@ mod tests {
         }
     }
 
-    /// The most that was committed together with something that waited, timer counts: steps of 1.2
-    /// ms in two spans, a lead of 1 ms.
+    /// The most timer counts that were committed, with what waited. Steps take 1.2 ms, in two
+    /// spans; the lead is 1 ms.
     fn committed(room: u64) -> u64 {
         let mut queue = RigQueue::new();
         let mut rig = rig(2000.0, &mut queue);
@@ -465,8 +465,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(60))]
 
-        /// Motion is the same to the count. The power belongs to the time `lead` later, within the
-        /// change of half a tick.
+        /// Motion is the same to the count. The power is that of the time `lead` later, but for its
+        /// change in half a tick.
         #[test]
         fn motion_stays_and_power_comes_by_the_lead_earlier(
             ends in prop::collection::vec((-8.0f64..8.0, 0u32..=100), 1..30), lead_us in 1u32..=1000,

@@ -309,7 +309,7 @@ mod tests {
         rig.segmenter.hold();
         while rig.step().is_some() {}
         assert!(rig.segmenter.is_held());
-        // 50² / (2·500) mm at 250 steps/mm
+        // The way to stop is 50² / (2·500) mm at 250 steps/mm.
         assert_eq!(rig.player.position[0] - from, 625);
     }
 
@@ -382,7 +382,7 @@ mod tests {
     #[test]
     fn the_slowest_step_is_waited_for_in_eight_ticks() {
         let mut slow = config(50.0, 500.0);
-        slow.steps_per_mm = [crate::StepsPerMm::from_nanos(200_000_000); 2]; // one step a 5 mm
+        slow.steps_per_mm = [crate::StepsPerMm::from_nanos(200_000_000); 2]; // one step in 5 mm
         let mut queue = RigQueue::new();
         let mut rig = Rig::new(slow, &mut queue);
         let seconds = rig.run(&[to(50.0, 0.0, 0.0)]);
@@ -393,7 +393,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(200))]
 
-        /// Infinite look-ahead, as long as the queue holds the whole job; 0.1 %.
+        /// Look-ahead is infinite as long as the queue holds the whole job. To 0.1 %.
         #[test]
         fn a_job_takes_the_time_of_the_exact_model(legs in legs(), rate in 5.0f32..200.0, acceleration in 10.0f32..5000.0, feed in 1.0f32..300.0) {
             let config = config(rate, acceleration);
@@ -403,8 +403,8 @@ mod tests {
             prop_assert!((seconds - ideal).abs() <= 1e-3 * ideal, "{} {}", seconds, ideal);
         }
 
-        /// Rates, accelerations and the steps themselves, with holds and overrides thrown in
-        /// anywhere.
+        /// Checks rates, accelerations and the steps themselves, with holds and overrides anywhere
+        /// in between.
         #[test]
         fn nothing_is_lost_and_no_limit_broken_whatever_comes_between(
             legs in legs(), acceleration in 50.0f32..5000.0, feed in 1.0f32..100.0,
@@ -449,7 +449,7 @@ mod tests {
                     }
                 } else if let Some(corner) = corners.get(moves_begun) {
                     let v2 = f64::from(rig.segmenter.speed()).powi(2);
-                    // Near a reversal the sum of two f32 unit vectors is that uncertain.
+                    // Near a reversal the sum of two f32 unit vectors is uncertain by that much.
                     prop_assert!(v2 <= corner * 1.000_1, "corner {} {}", v2, corner);
                 }
                 if rig.segmenter.is_held() {
@@ -474,8 +474,8 @@ mod tests {
             prop_assert!(rig.planner.is_empty());
         }
 
-        /// The hold ends the line in hand; another line comes; the rest of the first one goes on to
-        /// the same end.
+        /// A hold stops within a line, and another line comes. Then the rest of the first line goes
+        /// on to the same end.
         #[test]
         fn parking_between_hold_and_resume_loses_no_step(x in 1000i32..9000, y in -9000i32..9000, pause in 1usize..60) {
             let mut queue = RigQueue::new();

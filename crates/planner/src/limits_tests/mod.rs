@@ -293,7 +293,7 @@ fn a_short_line_behind_an_arc_ends_at_rest() {
     assert!(worst.is_ok(), "{worst:?}");
 }
 
-/// At rest there is no path behind the first piece; its curvature is bounded all the same.
+/// At rest there is no path before the first piece; its curvature is bounded all the same.
 #[test]
 fn a_curve_that_begins_at_rest_is_a_curve_from_its_first_piece_on() {
     let curve = Part::Cut {

@@ -40,8 +40,8 @@ pub(crate) struct Row<const MOTORS: usize> {
 }
 
 impl<const MOTORS: usize> Row<MOTORS> {
-    /// Begins with a move by `delta` steps; `None` where it is no laser's, is no line, or has no
-    /// feed in mm/min.
+    /// Begins with a move by `delta` steps; `None` where it has no laser power, is a chord of an
+    /// arc, or is no feed move in mm/min.
     pub(crate) fn begin<const AXES: usize>(of: &Move<AXES>, delta: [i32; MOTORS]) -> Option<Self> {
         match of.power {
             MovePower::Off | MovePower::Spindle { .. } => None,

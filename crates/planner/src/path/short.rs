@@ -11,10 +11,10 @@
 //! direction. At 80 steps/mm pieces of 0.01 mm take up to a fifth longer than the line. With 32
 //! steps the direction is right.
 //!
-//! The joined move ends where its last piece does and makes as many steps of each motor. No motor
-//! passes the end of a piece more than a step beside it. Places are compared where they are as many
-//! steps from the start, those of all motors together. So each end leaves a range to the share that
-//! a motor has in all steps. Pieces are joined while each motor's share is within its range.
+//! The joined move ends where its last piece does and makes as many steps of each motor. It passes
+//! the end of each piece with no motor more than a step beside it. Places are compared at the same
+//! number of steps from the start, counted over all motors. So each end leaves a range to the share
+//! that a motor has in all steps. Pieces are joined while each motor's share is within its range.
 
 use crate::real::{least, most};
 

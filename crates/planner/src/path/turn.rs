@@ -27,8 +27,8 @@ const FARTHEST: f32 = 32.0;
 /// this share of the first one.
 const ALIKE: f32 = 0.1;
 
-/// An end of a bent piece has a curvature where the longer one of the two pieces there is no more
-/// than this many times as long as the shorter one. A longer piece is a line that the curve
+/// A sharp end of a bent piece has a curvature where the longer one of the two pieces there is no
+/// more than this many times as long as the shorter one. A longer piece is a line that the curve
 /// touches; the curvature would leave no acceleration to all of it.
 const UNEVEN: f32 = 4.0;
 

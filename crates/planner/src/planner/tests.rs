@@ -64,7 +64,8 @@ fn fewer_moves_than_there_is_room_for_can_be_used() {
     assert_eq!(planner.push(&to(3.0, 0.0, 10.0)), Err(PushError::Full));
 }
 
-/// A zigzag that turns a little at each corner, longer and longer.
+/// Move `k` of a row of teeth along X: each move is 0.3 mm along X, and seven of them are a tooth
+/// that is 0.3 mm high.
 fn zigzag(k: u32) -> Move<2> {
     let (x, side) = (f64::from(k) * 0.3, f64::from(k % 7) * 0.05);
     to(x, side, 80.0)
@@ -210,7 +211,7 @@ fn inverse_time_is_along_the_path() {
     assert!((planned.feed - 10.0).abs() < 1e-5);
 }
 
-/// The highest squared speed at which the second one of three chords of a circle may begin, mm²/s².
+/// The highest squared speed at which the third one of eight chords of a circle may begin, mm²/s².
 fn on_a_circle(corner_rule: CornerRule) -> f32 {
     let mut planner = cartesian();
     planner
@@ -267,8 +268,8 @@ fn an_override_that_is_taken_back_leaves_the_plan_as_it_was() {
 }
 
 proptest! {
-    /// Position after any program, against rational arithmetic (half away from zero), with odd
-    /// scales.
+    /// Compares the position after any program with rational arithmetic (half away from zero), with
+    /// odd scales.
     #[test]
     fn the_end_of_the_queue_is_where_exact_arithmetic_says(
         moves in prop::collection::vec((-1_000_000_000_000i64..1_000_000_000_000, -900_000_000_000i64..900_000_000_000), 1..8),

@@ -35,8 +35,8 @@ pub trait Kinematics<const AXES: usize, const MOTORS: usize> {
     /// How far the motors are turned where the axes stand at `axes`.
     fn motors(&self, axes: &[Coordinate; AXES]) -> [Coordinate; MOTORS];
 
-    /// Where the axes stand (or how far they move) where the motors stand (or move) by `motors`,
-    /// mm.
+    /// Where the axes stand, in mm, where the motors stand at `motors`. The map turns the distances
+    /// of motors into those of axes, too.
     fn axes_mm(&self, motors: &[f32; MOTORS]) -> [f32; AXES];
 
     /// Where the axes stand where the motors stand at `motors`.

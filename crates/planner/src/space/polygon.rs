@@ -44,7 +44,7 @@ impl Bound {
     }; 3];
 }
 
-/// The squared speed at one end of a piece for which the other end is fastest. Where a piece turns
+/// The squared speeds at both ends of a piece where its other end is fastest. Where a piece turns
 /// at one end and hardly goes along an axis, that axis has little left for braking at high speed.
 /// So a piece that ends slower may begin faster.
 pub(crate) struct Peak {
@@ -139,8 +139,11 @@ impl<const AXES: usize> Piece<AXES> {
     /// By how much the squared speed can rise from each of `xs` over the piece, mm²/s². `from` is
     /// the curvature at the end with the speed `x`, `to` the curvature at the other end.
     ///
-    /// Each axis, with the share `p` in a gain `g`, asks for `|p·g + from·x| ≤ 1` and `|p·g + to·(x
-    /// + g)| ≤ 1`.
+    /// Each axis has the share `p` in a gain `g`, and asks for
+    ///
+    /// ```text
+    ///   |p·g + from·x| ≤ 1        |p·g + to·(x + g)| ≤ 1
+    /// ```
     pub(crate) fn gains<const N: usize>(
         &self,
         xs: [f32; N],
@@ -217,8 +220,8 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Beside 1000 speeds at this end: none of them lets the other end be faster than promised,
-        /// and one of them lets it be as fast.
+        /// Of 1000 speeds at this end none lets the other end be faster than promised, and one lets
+        /// it be as fast.
         #[test]
         fn the_best_speed_at_one_end_lets_the_other_be_as_fast_as_promised(
             angle in 0.0..core::f32::consts::TAU, length in 0.01f32..10.0, share in 0.0f32..1.0,

@@ -273,9 +273,14 @@ pub(crate) fn half_a_step(limits: Limits) -> f32 {
 /// `fastest`, with acceleration 0 at its ends. It is never too much, and within some per cent of
 /// what would be possible.
 ///
-/// A loss takes the longest way at the highest speed `v`. There the change of speed `Δ` has `length
-/// = (v − Δ/2)·T(Δ)`, with the time `T` of a ramp. This is solved for `Δ` from below: a mean speed
-/// that is too high gives a change that is too small.
+/// A loss takes the longest way at the highest speed `v`. There the change of speed `Δ` takes
+///
+/// ```text
+///   length = (v − Δ/2)·T(Δ)        T: the time of a ramp
+/// ```
+///
+/// This is solved for `Δ` from below: a mean speed that is too high gives a change that is too
+/// small.
 pub(crate) fn braking(fastest: f32, length: f32, limits: Limits) -> f32 {
     const ROUNDS: u32 = 3;
     let (a, jerk) = (limits.acceleration * SAFE, limits.jerk * SAFE);

@@ -384,7 +384,7 @@ mod tests {
     }
 
     proptest! {
-        /// Speed, acceleration and jerk, from step to step.
+        /// Checks speed, acceleration and jerk from step to step.
         #[test]
         fn no_limit_is_passed(case in cases()) {
             let Case { plan, jerk } = case;
@@ -421,7 +421,7 @@ mod tests {
             }
         }
 
-        /// Stopped and begun again in the middle: it goes on from the same speed and acceleration.
+        /// A profile that begins in the middle of another one has its speed and acceleration there.
         #[test]
         fn a_plan_that_changes_half_way_is_smooth(case in cases(), share in 0.0f32..1.0, lower in 0.1f32..2.0) {
             let Case { plan, jerk } = case;

@@ -13,7 +13,7 @@
 //!     part of Y alone   of Z    of all others
 //! ```
 //!
-//! A motor comes on by the whole step event at once in its part.
+//! In its part each motor comes on by the whole step event at once.
 //!
 //! Ticks cannot be any closer than [`Timing::shortest_tick`]: a step that is due sooner after a
 //! tick comes a little late, or with the next one.
@@ -43,8 +43,8 @@ const SUDDEN: f32 = 4.0;
 /// the next.
 const SETTLED: f32 = 0.75;
 
-/// A step that is not sudden may take this many times as long as its speed at the start says: 2/(1
-/// + √½).
+/// A step that is not sudden may take longer than its speed at the start says, by this factor at
+/// most: `2/(1 + √½)`.
 const LONGER: f32 = 1.18;
 
 /// A step event that is made in parts has room for this many of the shortest ticks. So a motor that
