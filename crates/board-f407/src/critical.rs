@@ -1,16 +1,16 @@
 //! Critical sections that leave the step interrupt alone.
 //!
-//! The usual way masks every interrupt (PRIMASK); a tick that is due meanwhile is late. Here
-//! BASEPRI keeps away all interrupts but those of the steps, a tick and the end of a pulse, who
-//! share nothing with anybody that needs a lock.
+//! The usual way masks every interrupt (PRIMASK), so that a tick that is due meanwhile is late.
+//! Here BASEPRI masks all interrupts except the two of the steps: a tick, and the end of a pulse.
+//! These two share no data that needs a lock.
 use cortex_m::register::{basepri, basepri_max};
 use critical_section::RawRestoreState;
 
 /// The four bits of a priority on the F407 are the upper ones (RM0090 table 62, PM0214 section
 /// 2.3.6). Ticks have priority 0.
 pub(crate) const PULSE_END_PRIORITY: u8 = 1 << 4;
-/// The highest priority that is kept away, as BASEPRI has it. RTIC's tasks have 14 at most, which
-/// is this one.
+/// The most urgent priority that is masked, as BASEPRI has it. RTIC's tasks have priority 14 at
+/// most, which is this one.
 const BELOW_STEPS: u8 = 2 << 4;
 
 struct BelowSteps;

@@ -21,7 +21,7 @@ pub(crate) use recorded::*;
 #[cfg(not(record))]
 pub(crate) use wired::*;
 
-/// Moves planned ahead. The self-test's short jobs leave their room to captured edges.
+/// Moves planned ahead. The self-test has short jobs, and uses the memory for captured edges.
 pub(crate) const MOVES: usize = if cfg!(captures) { 256 } else { 1024 };
 
 /// Hands PA11 and PA12 to the USB controller: they are the same on every board, and no profile

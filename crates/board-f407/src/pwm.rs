@@ -8,10 +8,11 @@
 //! | 10 kHz | 8400 | 16800 |
 //! | 100 kHz | 840 | 1680 |
 //!
-//! Off is a forced level of the channel, which works at once whatever the compare value is. A level
-//! counts at once as well, without preload: with it, a pixel that is shorter than a period would
-//! get what the one before had. The manual guarantees that in one-pulse mode only (section 18.4.7,
-//! OC1PE): where a chip does otherwise, a level comes a period late at most.
+//! Off is a forced level of the channel. It takes effect at once, whatever the compare value is. A
+//! new level takes effect at once as well, since the compare register has no preload. With preload,
+//! a pixel that is shorter than a period would get the level of the pixel before. The manual
+//! guarantees PWM without preload in one-pulse mode only (section 18.4.7, OC1PE). On a chip that
+//! behaves otherwise a level comes a period late at most.
 //!
 //! A board has one such channel (`wired`, `recorded`).
 #[cfg(record)]
@@ -98,8 +99,8 @@ pub(crate) fn start(rcc: &RCC) {
 /// The mode of the channel (TIMx_CCMRx.OCxM, RM0090 section 18.4.7).
 #[derive(Clone, Copy)]
 enum Mode {
-    /// The output keeps its level: PWM that begins from here looks at the count at once, otherwise
-    /// only where the count comes to the compare value or to 0.
+    /// The output keeps its level. PWM that begins from this mode looks at the count at once. From
+    /// another mode it waits until the count comes to the compare value or to 0.
     Frozen = 0b000,
     /// Forced low.
     Off = 0b100,
@@ -108,15 +109,15 @@ enum Mode {
 }
 
 placed! { ".bss.ccm.lit";
-    /// 1 while the channel makes PWM: a byte, which a tick compares as it is. It is cleared before
-    /// the output is forced low, and looked at again once the channel makes PWM: whoever is
-    /// interrupted by somebody who switches off leaves it off.
+    /// 1 while the channel makes PWM, else 0: a byte, which a tick compares as it is. It is cleared
+    /// before the output is forced low. Whoever begins PWM looks at it again afterwards: if an
+    /// interrupt has switched the power off in between, it stays off.
     static LIT: AtomicU8 = AtomicU8::new(0);
 }
 
-/// Does something with the power off, and puts it back, but where it has been switched off
-/// meanwhile, or a switch has shut the gate: that stays dark. `is_shut` asks the gate, after the
-/// work. Main loop, at rest.
+/// Does `work` with the power off, and then switches it on again if it was on. It stays off where
+/// somebody has switched it off meanwhile, or where a switch has shut the gate. `is_shut` asks the
+/// gate, after the work. Main loop, at rest.
 pub(crate) fn off_during<T>(work: impl FnOnce() -> T, is_shut: impl FnOnce() -> bool) -> T {
     let channel = Channel::new();
     channel.begin(Mode::Off);

@@ -24,7 +24,7 @@ use stm32f4::stm32f407::RCC;
 /// Why the chip was reset.
 #[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
 pub(crate) enum Reason {
-    /// Power came on, the reset pin was pulled, a debugger asked for it: nothing to be said.
+    /// Power came on, the reset pin was pulled, or a debugger asked for a reset: no message.
     Ordinary,
     Watchdog,
     Panic,
@@ -48,7 +48,7 @@ impl Reason {
         }
     }
 
-    /// How it is noted: a number that memory is unlikely to hold after power-up.
+    /// The number that stands for it in [`NOTE`]. Memory is unlikely to hold it after power-up.
     const fn note(self) -> u32 {
         0x1EAD_5C00 | self as u32
     }
@@ -65,7 +65,8 @@ pub(crate) fn because(reason: Reason) -> ! {
     SCB::sys_reset()
 }
 
-/// Why the chip was reset; asks no second time. Once, at start-up.
+/// Why the chip was reset. It clears the chip's flags and the note: a second call would find
+/// nothing. Once, at start-up.
 pub(crate) fn reason(rcc: &RCC) -> Reason {
     let flags = rcc.csr().read();
     rcc.csr().modify(|_, w| w.rmvf().set_bit());
@@ -95,8 +96,8 @@ fn panic(_: &PanicInfo<'_>) -> ! {
     because(Reason::Panic)
 }
 
-// The stack pointer itself may be wrong: it is put right before anything is pushed. Its old value
-// goes on as an argument.
+// The stack pointer itself may be wrong, so it is set to the top of the stack before anything is
+// pushed. Its old value is the argument of `on_fault`.
 global_asm!(
     ".section .text.HardFault, \"ax\"",
     ".global HardFault",
@@ -116,8 +117,8 @@ extern "C" fn on_fault(stack: u32) -> ! {
     extern "C" {
         static _stack_end: u32;
     }
-    /// Room that a handler's registers take, the floating-point ones as well, and a frame below
-    /// that.
+    /// Bytes for the registers that an exception pushes, the floating-point ones included, and for
+    /// a frame below them.
     const MARGIN: u32 = 0x400;
     let end = (&raw const _stack_end) as u32;
     because(if stack < end + MARGIN {

@@ -1,10 +1,10 @@
 //! The machine's settings in two sectors of the flash (RM0090 chapter 3).
 //!
 //! The CPU stands still while the flash is written, since its program is there: 16 µs a word, 100
-//! µs at most (data sheet, table 40), under 2 ms for the longest record. Bytes that come meanwhile
-//! wait where DMA puts them ([`crate::serial`]). Erasing a sector takes half a second: done at
-//! start-up where it is needed, on a new chip, too; later only where both sectors were filled
-//! since.
+//! µs at most (data sheet, table 40), under 2 ms for the longest record. Bytes that arrive
+//! meanwhile wait in the ring that DMA fills ([`crate::serial`]). Erasing a small sector takes half
+//! a second. It is done at start-up where it is needed, also on a new chip. Later it is done only
+//! where both sectors have been filled since.
 use crate::{
     profile, pwm,
     registers::{self, Word},
@@ -21,9 +21,11 @@ const AREA: usize = 16 * 1024;
 /// Why the flash refused.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, defmt::Format)]
 pub(crate) enum FlashError {
-    /// The bytes do not lie within an area, or not on words.
+    /// The bytes are not whole words, or not within their area, or all places for a record are
+    /// taken.
     OutOfBounds,
-    /// The controller says so: supply too low, sector protected, sequence not kept.
+    /// The controller reports an error (the supply is too low, the sector is protected, the
+    /// sequence is wrong), or a record does not read back as it was written.
     Refused,
 }
 
@@ -39,8 +41,8 @@ impl Sectors {
     }
 }
 
-/// Lets `work` write the flash, then checks the controller's error flags, and clears the
-/// caches.
+/// Unlocks the flash for `work`. Afterwards it checks the controller's error flags, locks the
+/// flash, and clears the caches.
 fn unlocked(work: impl FnOnce(&flash::RegisterBlock)) -> Result<(), FlashError> {
     let flash = registers::flash();
     flash.keyr().write(|w| w.key().set(0x4567_0123));
@@ -79,7 +81,7 @@ fn erase_sector(sector: Sector) -> Result<(), FlashError> {
     })
 }
 
-/// Programs words from an address on, which are empty.
+/// Programs words from address `start` on. They must be empty before.
 pub(crate) fn program(start: usize, bytes: &[u8]) -> Result<(), FlashError> {
     if !start.is_multiple_of(4) || !bytes.len().is_multiple_of(4) {
         return Err(FlashError::OutOfBounds);
@@ -148,11 +150,11 @@ impl SettingsStore for Sectors {
     }
 
     fn erase(&mut self, area: Area) -> Result<(), FlashError> {
-        // An erase that was cut short may read as a whole one: it is not for this to say that
-        // nothing is to be done.
+        // A sector whose erase was cut short may read as empty, so an empty sector is erased all
+        // the same.
         let sector = sector(area);
-        // Nobody could switch the laser off meanwhile: while flash is erased no interrupt runs. So
-        // the switches are given their time before the gate is asked.
+        // No interrupt runs while the flash is erased, so no switch can turn the laser off. The
+        // switches are given the filter's time before the gate is asked.
         let gate_is_shut = || {
             switches::let_settle();
             SHARED.is_laser_off()

@@ -14,7 +14,7 @@ use stm32f4::stm32f407::{EXTI, PWR};
 /// The detector's line of EXTI.
 const LINE: u32 = 1 << 16;
 
-/// Waits until the supply is good, and reports from then on when it is not. At start-up.
+/// Waits until the supply is good. From then on a low supply causes an interrupt. At start-up.
 pub(crate) fn watch(power: &PWR, exti: &EXTI) {
     power.cr().modify(|_, w| w.pls().set(4).pvde().enabled());
     while power.csr().read().pvdo().bit_is_set() {}

@@ -1,7 +1,8 @@
 //! A board whose pins are in its record in flash.
 //!
-//! The record is looked at once, at start-up. A pin is decoded where it is wanted; the tables of the
-//! interrupts are filled from here before they come. Without a record there is no pin at all.
+//! The record is checked once, at start-up. A pin is decoded each time it is asked for. The tables
+//! of the interrupts are filled from here before the interrupts use them. Without a record the
+//! board has no pins but those of a serial line.
 use super::number;
 use crate::{
     chip::{Bank, Timer, Usart},
@@ -25,7 +26,7 @@ pub(crate) use selected::{kinematics, Kinematics, AXES, MOTORS};
 /// The extensions of the machine: none.
 pub(crate) type Own = ();
 
-/// Makes them.
+/// Makes the extensions.
 pub(crate) fn own() -> Own {}
 
 /// A new machine's settings.
@@ -34,8 +35,8 @@ pub(crate) type Defaults = Vec<Entry, SETTINGS>;
 /// The place of the record in force, counted from 1; 0: there is none.
 static IN_FORCE: AtomicU8 = AtomicU8::new(0);
 
-/// Looks for the record, and takes its settings; what is wrong where there is none in force.
-/// Start-up, before anything else asks for a pin.
+/// Looks for the record, and adds its settings to `defaults`. Returns what is wrong where no record
+/// is in force. Start-up, before anything else asks for a pin.
 pub(crate) fn find(defaults: &mut Defaults) -> Option<&'static str> {
     match look_for(defaults) {
         Ok(place) => {
@@ -60,7 +61,7 @@ fn look_for(defaults: &mut Defaults) -> Result<usize, Refusal> {
     Ok(place)
 }
 
-/// The settings of a record for this image.
+/// The settings of a record, after a check that it is whole and fits this image.
 pub(crate) fn read(bytes: &[u8]) -> Result<&[Setting], Refusal> {
     let (record, settings) = Record::read(bytes)?;
     let shape = Shape {
@@ -126,7 +127,7 @@ pub(crate) fn name() -> &'static str {
     core::str::from_utf8(text.unwrap_or_default()).unwrap_or_default()
 }
 
-/// Frequency of the crystal in Hz; 0: there is none, or nobody knows.
+/// Frequency of the crystal in Hz; 0 where there is none, or where there is no record.
 pub(crate) fn crystal_hz() -> u32 {
     content().crystal_hz.get()
 }
@@ -137,9 +138,9 @@ pub(crate) fn settings_sectors() -> (Sector, Sector) {
     (Sector(first), Sector(second))
 }
 
-/// Whether the image has the flash to itself. Without a record this says which serial line to use:
-/// the Discovery's, or behind a bootloader the one of printers' boards, on which ST's own bootloader
-/// listens as well.
+/// Whether the image has the flash to itself, with no bootloader in front. Without a record this
+/// decides which serial line to use: that of the Discovery, or behind a bootloader that of printer
+/// boards. On the latter ST's own bootloader listens as well.
 fn is_alone() -> bool {
     Sector::at(fast_memory::start()).0 == 0
 }

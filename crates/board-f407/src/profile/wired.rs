@@ -1,4 +1,4 @@
-//! A board whose pins are compiled in: `build.rs` makes its table from its file.
+//! A board whose pins are compiled in: `build/main.rs` makes their table from the board's file.
 use super::number;
 use crate::{
     chip::{Bank, Timer, Usart},
@@ -25,9 +25,9 @@ pub(crate) use selected::CAPTURES;
 #[cfg(heaters)]
 pub(crate) use selected::{HEATER_FAULT, SENSORS};
 
-/// The profile's machine, with the options that the board has pins for. `LEADSCREW_TICK_NS`, where
-/// it is set when the firmware is built, is the least time between ticks: to find out how fast the
-/// board can step.
+/// The profile's machine, with the options that the board has pins for. Where `LEADSCREW_TICK_NS`
+/// is set at build time, it is the least time between ticks, in nanoseconds. It serves to find out
+/// how fast the board can step.
 pub(crate) const fn config(_: &Defaults) -> MachineConfig<AXES> {
     let mut config = selected::config();
     config.options.door = PROFILE.door.is_some();
@@ -38,7 +38,7 @@ pub(crate) const fn config(_: &Defaults) -> MachineConfig<AXES> {
     config
 }
 
-/// Settings of a new machine that are only known once the firmware runs: none here.
+/// Settings of a new machine that are known only once the firmware runs: here there are none.
 pub(crate) struct Defaults;
 
 impl Defaults {
@@ -47,7 +47,7 @@ impl Defaults {
     }
 }
 
-/// Looks for the board: it is there. Start-up.
+/// A board whose pins are compiled in needs no record, so there is no reason to refuse. Start-up.
 #[inline(always)]
 pub(crate) fn find(_: &mut Defaults) -> Option<&'static str> {
     None
@@ -63,7 +63,7 @@ pub(crate) struct Profile {
     pub(crate) serial: SerialPins,
     /// Step and direction of each motor.
     pub(crate) motors: [MotorPins; MOTORS],
-    /// All motors are enabled by these; which level does it is a setting (`$4`).
+    /// The pins that enable all motors. The setting `$4` says which level does it.
     pub(crate) enables: &'static [Pin],
     /// Laser or spindle power.
     pub(crate) power: PowerPin,
@@ -187,7 +187,7 @@ pub(crate) const POWER_HZ: u32 = match number(option_env!("LEADSCREW_POWER_HZ"))
     None => PROFILE.power.frequency,
 };
 
-/// The ports of pins, each once, in the order in which they come first; how many they are.
+/// The ports of `pins`, each once, in the order of their first pins, and the number of these ports.
 pub(crate) const fn banks<const N: usize>(pins: [Pin; N]) -> ([Bank; N], usize) {
     let (mut banks, mut count, mut pin) = ([Bank::A; N], 0, 0);
     while pin < N {
@@ -200,7 +200,7 @@ pub(crate) const fn banks<const N: usize>(pins: [Pin; N]) -> ([Bank; N], usize) 
     (banks, count)
 }
 
-/// Where `bank` stands among the first `count`; `count` where it does not.
+/// The index of `bank` among the first `count` of `banks`; `count` where it is not among them.
 pub(crate) const fn index_of<const N: usize>(banks: &[Bank; N], count: usize, bank: Bank) -> usize {
     let mut place = 0;
     while place < count && banks[place] as u8 != bank as u8 {

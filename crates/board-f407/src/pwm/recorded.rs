@@ -1,4 +1,5 @@
-//! The channel of a board whose pins are in its record: whoever sets power has one ready.
+//! The channel of a board whose pins are in its record. All code that sets power keeps a
+//! [`Channel`], whose registers are looked up already.
 use super::{cycles, period, Mode};
 use crate::{
     chip::Timer,
@@ -12,7 +13,7 @@ use stm32f4::stm32f407::tim1;
 /// The channel of the power.
 pub(crate) struct Channel {
     registers: PowerRegisters,
-    /// Where its mode is in the register.
+    /// The first bit of its mode in the register.
     shift: u8,
     scale: PowerScale,
 }

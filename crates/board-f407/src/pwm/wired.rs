@@ -1,4 +1,5 @@
-//! The channel of a board whose pins are compiled in: all of it is known when it is compiled.
+//! The channel of a board whose pins are compiled in: the compiler knows its registers and its
+//! scale.
 use super::{cycles, period, Mode};
 use crate::{
     chip::Timer,

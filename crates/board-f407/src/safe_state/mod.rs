@@ -1,11 +1,12 @@
 //! The state in which the outputs do no harm: no step, laser, spindle and coolant off.
 //!
-//! Entered from reset on, before memory is even cleared, and again by whatever ends the program
-//! (`restart`). Motors keep what they have: a Z axis that is let go may drop.
+//! It is entered right after a reset, before memory is cleared, and again by everything that ends
+//! the program (`restart`). The pins that enable the motors stay as they are: a Z axis that is let
+//! go may drop.
 //!
-//! At reset it is entered in assembly, since no Rust may run before memory has its first values. The
-//! pins come from a table that the compiler makes (`wired`), or from the board's record
-//! (`recorded`). What a bootloader has left behind ends there as well.
+//! At reset it is entered in assembly, since no Rust may run before memory has its first values.
+//! The pins come from a table that the compiler makes (`wired`), or from the board's record
+//! (`recorded`). The assembly also stops everything that a bootloader has left running.
 #![allow(unsafe_code)] // an entry in assembly, stores to registers by their addresses
 
 #[cfg(record)]
@@ -22,7 +23,7 @@ use recorded as pins;
 #[cfg(not(record))]
 use wired as pins;
 
-/// A register whose bits `clear` are cleared, then its bits `set` set.
+/// A change of a register: the bits `clear` are cleared, and the bits `set` are set.
 #[derive(Clone, Copy)]
 #[repr(C)]
 struct Store {
@@ -40,7 +41,7 @@ impl Store {
         }
     }
 
-    /// The whole register.
+    /// A change of all bits of a register.
     const fn whole(address: u32, value: u32) -> Self {
         Self::new(address, u32::MAX, value)
     }

@@ -1,7 +1,7 @@
 //! The pins of a board that are in its record.
 //!
-//! The first instructions check the whole record before they act on a pin of it. The chip's CRC unit
-//! takes a word in four cycles (RM0090 section 4.3), which keeps the pins from floating for long.
+//! The first instructions check the whole record before they act on a pin of it. The chip's CRC
+//! unit takes a word in four cycles (RM0090 section 4.3), so the pins do not float for long.
 //! Without a sound record no pin is known, and none is driven.
 use super::{Store, FRESH};
 use crate::{
@@ -12,7 +12,7 @@ use crate::{
 use core::arch::global_asm;
 use leadscrew_record::{FIXED, LONGEST, MAGIC, PORTS, SAFE, SLOT, SLOTS, UNPROTECTED, VERSION};
 
-/// All that is stored at reset besides, in this order.
+/// The changes at reset besides those of the pins, in this order.
 static AT_RESET: [Store; FRESH.len()] = FRESH;
 
 /// Makes the pins safe. Any context.
@@ -29,14 +29,14 @@ pub(super) fn make_safe() {
     }
 }
 
-// The first instructions after a reset, a call without a stack: interrupts off, which `main` lets in
-// again; then the stack is where it belongs.
+// The first instructions after a reset. They are called without a stack. They switch interrupts
+// off, which `main` switches on again, and set the stack pointer.
 //
-// `leadscrew_record::slot` and `Record::read` say the same in Rust. First the record in force is
-// looked for: the last one in front of empty flash. Its version, its length and its checksum have to
-// be right. Then the pins of each port get their levels, and become push-pull outputs with edges of
-// 10 ns (RM0090 section 8.4). The barrier after each store is for the clocks of peripherals (ES0182,
-// "Delay after an RCC peripheral clock enabling").
+// `leadscrew_record::slot` and `Record::read` do the same in Rust. First the record in force is
+// looked for: the last one in front of empty flash. Its version, its length and its checksum have
+// to be right. Then the pins of each port get their levels, and become push-pull outputs with edges
+// of 10 ns (RM0090 section 8.4). The barriers are for the clocks of peripherals (ES0182, "Delay
+// after an RCC peripheral clock enabling").
 global_asm!(
     ".section .text.__pre_init, \"ax\"",
     ".global __pre_init",

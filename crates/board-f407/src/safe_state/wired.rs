@@ -57,13 +57,14 @@ const MOST: usize = 1 + 2 * MOTORS + PROFILE.high.len() + SINGLE + LISTED;
 /// Outputs of `PROFILE` that are there or not: spindle, its reverse, flood, mist, the heaters'
 /// supply, fan.
 const SINGLE: usize = 6;
-/// Outputs of its lists.
+/// Outputs in the lists of `PROFILE`.
 const LISTED: usize = PROFILE.synchronised.len() + PROFILE.heaters.len();
-/// Their ports.
+/// The ports of these pins, and how many they are.
 const PORTS: ([Bank; MOST], usize) = banks(PINS.0);
 
-/// What makes the pins of a port safe: their levels, then outputs, push-pull, with edges of 10 ns
-/// in place of 100 (RM0090 section 8.4; data sheet, table 50).
+/// The changes that make the pins of a port safe. The pins get their levels, then they become
+/// push-pull outputs with edges of 10 ns in place of 100 (RM0090 section 8.4; data sheet, table
+/// 50).
 const fn of_port(bank: Bank) -> [Store; 4] {
     let (mut levels, mut modes, mut outputs, mut types) = (0, 0, 0, 0);
     let mut place = 0;
@@ -86,13 +87,14 @@ const fn of_port(bank: Bank) -> [Store; 4] {
     ]
 }
 
-/// The stores for all ports.
+/// The changes for all ports.
 const SAFE: [Store; 4 * PORTS.1] = {
     let mut stores = [Store::whole(0, 0); 4 * PORTS.1];
     let mut port = 0;
     while port < PORTS.1 {
         let [levels, modes, types, speeds] = of_port(PORTS.0[port]);
-        // Off first, on every port; how it is driven after that.
+        // First the pins of every port become outputs that are off. Their type and speed come after
+        // that.
         stores[2 * port] = levels;
         stores[2 * port + 1] = modes;
         stores[2 * (PORTS.1 + port)] = types;
@@ -106,7 +108,7 @@ const SAFE: [Store; 4 * PORTS.1] = {
 const PORTS_ON: Store = Store::new(0x4002_3830, 0, 0x7F);
 
 const STORES: usize = 1 + SAFE.len() + FRESH.len();
-/// All that is stored at reset, in this order.
+/// All changes at reset, in this order.
 static AT_RESET: [Store; STORES] = {
     let mut stores = [PORTS_ON; STORES];
     let mut place = 0;
@@ -129,9 +131,10 @@ pub(super) fn make_safe() {
     }
 }
 
-// The first instructions after a reset, a call without a stack: interrupts off, which `main` lets
-// in again; then the stack is where it belongs, and the table is worked off. The barrier after each
-// store is for the ports' clocks (ES0182, "Delay after an RCC peripheral clock enabling").
+// The first instructions after a reset. They are called without a stack. They switch interrupts
+// off, which `main` switches on again, set the stack pointer, and make the changes of the table.
+// The barrier after each store is for the ports' clocks (ES0182, "Delay after an RCC peripheral
+// clock enabling").
 global_asm!(
     ".section .text.__pre_init, \"ax\"",
     ".global __pre_init",
