@@ -18,7 +18,7 @@ pub(crate) struct Extension {
     value: String,
 }
 
-/// The extensions of the machine on a board that has its sockets.
+/// The extensions of the machine. The board has the sockets for them.
 pub(crate) fn all(profile: &Profile, board: &Board) -> Vec<Extension> {
     let all = [
         heat(profile, board),
@@ -29,8 +29,8 @@ pub(crate) fn all(profile: &Profile, board: &Board) -> Vec<Extension> {
     all.into_iter().flatten().collect()
 }
 
-/// A heater whose amplifier does not read beyond `hottest` on this board: nobody would see that its
-/// sensor's wire is broken.
+/// The message about a heater whose sensor is an amplifier and cannot read above `hottest` on this
+/// board: a broken wire would not be seen.
 pub(crate) fn blind_sensor(profile: &Profile, board: &Board) -> Option<String> {
     let reference = reference(board);
     profile.heaters.configs().into_iter().find_map(|heater| {
@@ -66,7 +66,8 @@ pub(crate) fn nested(extensions: &[Extension]) -> (String, String) {
     }
 }
 
-/// Heaters and a fan. The Debug of a configuration is its source, where its names are in scope.
+/// Heaters and a fan. The `Debug` text of a configuration is its source text where the names are in
+/// scope.
 fn heat(profile: &Profile, board: &Board) -> Option<Extension> {
     const NAMES: &str = "Gates, Heat, HeatConfig, HeaterConfig, Limits, Sensor::*";
     let heaters = profile.heaters.configs();

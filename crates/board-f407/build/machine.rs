@@ -68,7 +68,7 @@ fn entries(profile: &Profile) -> String {
     entries.collect()
 }
 
-/// The statements for all that a machine's file may choose beside axes and settings.
+/// The statements for all choices of a machine's file besides axes and settings.
 fn choices(config: &MachineConfig<MOST>) -> String {
     let MachineConfig {
         moves,

@@ -1,10 +1,11 @@
-//! Makes the board's module and the linker's memory of its file, and says how much is logged.
+//! Makes the board's module and the linker's memory map from the board's file, and sets how much is
+//! logged.
 //!
-//! `LEADSCREW_MACHINE` names a machine's file (`cargo fw --machine`). Without it, the board's file
-//! has axes and first settings. `LEADSCREW_BOARD` names the board: one of `crates/boards`, or a
-//! file (`cargo fw --board`). Without it, it is the one that the machine's file names, or else the
-//! Discovery. With `LEADSCREW_RECORD` (`cargo fw --record`) the image has no pins, and reads them
-//! from the board's record.
+//! `LEADSCREW_MACHINE` names a machine's file (`cargo fw --machine`). Without it, axes and first
+//! settings come from the board's file. `LEADSCREW_BOARD` names the board: one of `crates/boards`,
+//! or a file (`cargo fw --board`). Without it, it is the one that the machine's file names, or else
+//! the Discovery. With `LEADSCREW_RECORD` (`cargo fw --record`) the image has no pins, and reads
+//! them from the board's record.
 mod extensions;
 mod machine;
 
@@ -26,7 +27,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     if env::var("CARGO_CFG_TARGET_OS")? != "none" {
         return Ok(());
     }
-    // Unless it is named, defmt builds nothing in but errors.
+    // Unless this variable is set, defmt builds in nothing but errors.
     println!("cargo:rerun-if-env-changed=DEFMT_LOG");
     let level = env::var("DEFMT_LOG").unwrap_or_else(|_| "info".into());
     println!("cargo:rustc-env=DEFMT_LOG={level}");
@@ -46,7 +47,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     write(&(machine + &board.pins_module()), &board.memory())
 }
 
-/// Writes the board's module and the linker's memory to where the compiler looks for them.
+/// Writes the board's module and the linker's memory map to where the compiler looks for them.
 fn write(module: &str, memory: &str) -> Result<(), Box<dyn Error>> {
     let out = PathBuf::from(env::var("OUT_DIR")?);
     fs::write(out.join("board.rs"), module)?;
@@ -56,7 +57,8 @@ fn write(module: &str, memory: &str) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// An image that reads its board from a record: of the board only its motors and its start count.
+/// Builds an image that reads its board from a record. Of the board's file only motors, kinematics
+/// and start count.
 fn for_record(board: &Board, has_machine: bool) -> Result<(), Box<dyn Error>> {
     if has_machine || !board.captures().is_empty() {
         return Err(
@@ -84,8 +86,8 @@ impl Machine {
     }
 }
 
-/// The board that was asked for, or else the one that the machine's file names, with nothing wrong
-/// about it.
+/// The board that was asked for, or else the one that the machine's file names, or else the
+/// Discovery. An error where its file has a mistake.
 fn board(machine: Option<&Machine>) -> Result<Board, Box<dyn Error>> {
     let (asked, folder) = match (env::var("LEADSCREW_BOARD"), machine) {
         (Ok(asked), _) => (asked, Path::new("")),

@@ -18,13 +18,13 @@ use leadscrew_record::Incoming;
 pub(crate) struct F407 {
     serial: serial::Writer,
     usb: usb::Writer,
-    /// Level of the enable pins that lets the motors go: `$4`.
+    /// The level of the enable pins at which the motors are off: `$4`.
     motors_off: bool,
     power: pwm::Channel,
-    /// Why it can move nothing.
+    /// Why the machine must not move, if there is a reason.
     #[cfg(record)]
     locked: Option<&'static str>,
-    /// Its record, as far as it has come over a line.
+    /// The part of a new record that has come over a line.
     #[cfg(record)]
     incoming: Incoming,
 }
@@ -44,19 +44,19 @@ impl F407 {
         }
     }
 
-    /// Moves nothing, where there is a reason.
+    /// Keeps the machine from moving, if `why` has a reason.
     #[cfg(record)]
     pub(crate) fn lock(&mut self, why: Option<&'static str>) {
         self.locked = why;
     }
 
-    /// A board whose pins are compiled in has no reason.
+    /// Does nothing: a board whose pins are compiled in is never locked.
     #[cfg(not(record))]
     pub(crate) fn lock(&mut self, _: Option<&'static str>) {}
 }
 
 impl F407 {
-    /// Tells the operator something before the machine speaks.
+    /// Sends the operator a message before the machine's first.
     pub(crate) fn say(&mut self, text: Option<&str>) {
         if let Some(text) = text {
             for part in ["[MSG:", text, "]\r\n"] {

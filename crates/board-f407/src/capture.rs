@@ -2,14 +2,15 @@
 //! (docs/hil.md).
 //!
 //! A wire leads from an output to a pin of TIM2, whose counter makes the ticks of motion as well. A
-//! channel keeps the count of each edge (input capture, RM0090 section 18.3.5), and DMA takes it to
-//! memory without the core, until the channel's part is full. Two wires at a time: the stream of
-//! channel 2 hears channel 4 as well.
+//! channel keeps the count of each edge (input capture, RM0090 section 18.3.5). DMA takes the count
+//! to memory without the core, until the wire's part of the memory is full. Two wires can be
+//! captured at a time: the stream of channel 2 takes the requests of channel 4 as well.
 //!
 //! ```text
-//!   M120 P5        at rest: begins with wires 0 and 2, a bit each
-//!   M121 P0 L32    at rest: [EDGES:0,32,1000,0,1:0001a2b3...]: of wire 0, from edge 32 on; 1000 in all, none lost, high before the first
-//!   M122           [COUNT:0001a2b3]
+//!   M120 P5        at rest: captures wires 0 and 2 (P has a bit for each wire)
+//!   M121 P0 L32    at rest: the edges of wire 0, from edge 32 on: [EDGES:0,32,1000,0,1:0001a2b3...]
+//!                  wire 0; first edge 32; 1000 edges in all; 0: none lost; 1: high before edge 0
+//!   M122           the count now: [COUNT:0001a2b3]
 //! ```
 use crate::{
     gpio::{Pin, Pull},
@@ -29,20 +30,21 @@ use leadscrew_machine::{
 };
 use stm32f4::stm32f407::dma2;
 
-/// Edges that there is room for. In SRAM: DMA does not reach the core coupled memory.
+/// The number of edges that there is room for. They are in SRAM, since DMA does not reach the core
+/// coupled memory.
 const ROOM: usize = 14_000;
 static EDGES: [AtomicU32; ROOM] = [const { AtomicU32::new(0) }; ROOM];
 
-/// Wires at a time.
+/// The most wires that are captured at a time.
 const AT_ONCE: usize = 2;
 /// Function of TIM2 in the data sheet's table 9.
 const FUNCTION: u8 = 1;
-/// The channel of DMA1 on which its streams hear TIM2 (RM0090 table 43).
+/// The channel on which the streams of DMA1 take the requests of TIM2 (RM0090 table 43).
 const DMA_CHANNEL: u8 = 3;
-/// Edges that one line tells.
+/// The most edges in one answer to `M121`.
 const PER_LINE: usize = 32;
 
-/// The end of a wire.
+/// The input pin at the end of a wire.
 pub(crate) struct Input {
     pub(crate) pin: Pin,
     /// Of TIM2, 2 to 4.
@@ -55,8 +57,7 @@ impl Input {
         usize::from(self.channel - 1)
     }
 
-    /// The number of the stream that takes its channel's edges: it hears the channel's requests
-    /// (RM0090 table 43).
+    /// The number of the stream that takes its channel's edges (RM0090 table 43).
     fn stream_number(&self) -> usize {
         match self.channel {
             2 => 6,
@@ -65,7 +66,7 @@ impl Input {
         }
     }
 
-    /// All streams that hear them, a bit each.
+    /// All streams that take its channel's requests, a bit each.
     fn hearers(&self) -> u8 {
         let others = if self.channel == 4 { 1 << 6 } else { 0 };
         1 << self.stream_number() | others
@@ -80,12 +81,13 @@ impl Input {
         usize::from(self.stream().ndtr().read().ndt().bits())
     }
 
-    /// Takes both edges to `memory` from now on. Returns the level before the first.
+    /// Takes rising and falling edges to `memory` from now on. Returns the level before the first
+    /// edge.
     fn begin(&self, memory: &'static [AtomicU32]) -> bool {
         loop {
             let level = self.pin.is_high();
             self.take_edges(memory);
-            // Whether an edge in these few cycles is captured depends on which of them it came in.
+            // An edge in these few cycles may be captured or not; then this begins again.
             if self.pin.is_high() == level && self.room() == memory.len() {
                 return level;
             }
@@ -93,7 +95,7 @@ impl Input {
         }
     }
 
-    /// Takes no more edges. No request is left.
+    /// Takes no more edges, and leaves no request pending.
     fn end(&self) {
         let stream = self.stream();
         tick_timer()
@@ -101,7 +103,7 @@ impl Input {
             .change(|bits| bits & !(0b1011 << (4 * self.index())));
         stream.cr().reset();
         while stream.cr().read().en().is_enabled() {}
-        // The flag of the capture goes down.
+        // Reading clears the flag of the capture.
         tick_timer().ccr(self.index()).read();
     }
 
@@ -147,7 +149,7 @@ impl Part {
         self.memory.get(..taken).unwrap_or_default()
     }
 
-    /// The edges from `first` on, as many as a line tells.
+    /// The edges from `first` on, as an answer to `M121`.
     fn told(&self, first: usize) -> Told<'_> {
         Told { part: self, first }
     }
@@ -166,7 +168,7 @@ pub(crate) struct Capture {
 }
 
 impl Capture {
-    /// Makes the wires' ends inputs, and the channels captures. Once.
+    /// Makes inputs of the pins at the wires' ends, and sets the channels to capture. Once.
     pub(crate) fn new() -> Self {
         for input in &CAPTURES {
             input.pin.make_input(Pull::Down);
@@ -178,8 +180,8 @@ impl Capture {
         Capture { parts: Vec::new() }
     }
 
-    /// Captures these wires from now on, a bit each; all edges before are forgotten. At rest, where
-    /// no tick writes DIER.
+    /// Captures these wires from now on (`wires` has a bit for each), and forgets all edges before.
+    /// At rest, where no tick writes DIER.
     fn begin(&mut self, wires: usize) {
         self.end();
         let chosen = (0..CAPTURES.len()).filter(|wire| wires >> wire & 1 != 0);
@@ -196,7 +198,7 @@ impl Capture {
         }
     }
 
-    /// No channel captures any more, and no request is left.
+    /// Stops all captures, and leaves no request pending.
     fn end(&mut self) {
         let timer = tick_timer();
         timer.dier().reset();
@@ -217,7 +219,7 @@ impl Capture {
     }
 }
 
-/// A word's value, where it is whole and no more than `most`.
+/// The value of a word; an error unless it is whole and from 0 to `most`.
 fn whole(call: &Call, letter: Letter, most: usize) -> Result<usize, Status> {
     let value = call.words.get(letter).ok_or(Status::MissingWord)?;
     if value.nanos() % 1_000_000_000 != 0 {
@@ -227,7 +229,8 @@ fn whole(call: &Call, letter: Letter, most: usize) -> Result<usize, Status> {
     (value <= most).then_some(value).ok_or(Status::OutOfRange)
 }
 
-/// Wires, a bit each. No stream hears the channels of two of them.
+/// The wires of `M120`, a bit each; an error where one stream would take the requests of two of
+/// them.
 fn wires(call: &Call) -> Result<usize, Status> {
     let wires = whole(call, Letter::P, (1 << CAPTURES.len()) - 1)?;
     let mut taken = 0;
@@ -242,7 +245,7 @@ fn wires(call: &Call) -> Result<usize, Status> {
     Ok(wires)
 }
 
-/// Edges as `M121` tells them.
+/// Edges as the answer to `M121`.
 struct Told<'a> {
     part: &'a Part,
     /// The number of the first.
@@ -292,7 +295,7 @@ impl Extension<AXES> for Capture {
                 .map_or(0, |value: Number| value.trunc()) as usize
         };
         match call.code {
-            // To begin needs a timer without ticks; to tell takes longer than motion should wait.
+            // M120 needs the timer without ticks. M121 takes longer than motion should wait.
             120 | 121 if !cx.at_rest => return Step::Rest,
             120 => self.begin(word(Letter::P)),
             121 => {

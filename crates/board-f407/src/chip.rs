@@ -31,7 +31,7 @@ impl Bank {
         }
     }
 
-    /// Where its registers begin, from those of port A (RM0090 section 2.3).
+    /// The offset of its registers from those of port A, in bytes (RM0090 section 2.3).
     pub(crate) const fn offset(self) -> u32 {
         0x400 * self as u32
     }
@@ -47,8 +47,8 @@ pub(crate) enum Usart {
 }
 
 /// A timer that can drive a power pin. The chip's other timers have a task already, or no pin of
-/// their own. As a number: the place of its registers, in 0x400 from 0x40000000 on (RM0090 section
-/// 2.3).
+/// their own. Its number is the place of its registers, in steps of 0x400 from 0x40000000 on
+/// (RM0090 section 2.3).
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub(crate) enum Timer {

@@ -14,8 +14,8 @@ pub(crate) const CPU_HZ: u32 = 168_000_000;
 pub(crate) const APB1_TIMER_HZ: u32 = 84_000_000;
 /// Clock of the bus of USART2 in Hz.
 pub(crate) const APB1_HZ: u32 = 42_000_000;
-/// How often the crystal is looked at before it is given up: some 100 ms with the 16 MHz after
-/// reset. A crystal starts within 2 ms (data sheet, table 36).
+/// How often the crystal is looked at before it is given up: this takes some 100 ms with the 16 MHz
+/// after reset. A crystal starts within 2 ms (data sheet, table 36).
 const PATIENCE: u32 = 200_000;
 
 /// The source of the CPU's clock.
@@ -38,8 +38,8 @@ impl Source {
     }
 }
 
-/// Sets the clocks up: CPU 168 MHz, APB1 42 MHz, APB2 84 MHz, USB 48 MHz. The crystal is given up
-/// where it does not start.
+/// Sets the clocks up: CPU 168 MHz, APB1 42 MHz, APB2 84 MHz, USB 48 MHz. Where the crystal does
+/// not start, the internal oscillator is the source.
 pub(crate) fn start(rcc: RCC, power: &PWR) -> (Rcc, Source) {
     use_internal_oscillator(&rcc);
     power.cr().modify(|_, w| w.vos().scale1());
@@ -80,7 +80,7 @@ fn use_internal_oscillator(rcc: &RCC) {
     while rcc.cr().read().pllrdy().is_ready() {}
 }
 
-/// Looks whether the crystal starts, where there is one: the HAL would wait for it for ever.
+/// Looks whether the crystal starts, if there is one. The HAL would wait for it for ever.
 fn find_source(rcc: &RCC) -> Source {
     if profile::crystal_hz() == 0 {
         return Source::Internal;
@@ -148,11 +148,11 @@ pub(crate) fn set_filter_alarm(due: u32) {
     }
 }
 
-/// Which alarms have gone off; wakes the main loop where its own has. Returns whether the filter's
-/// has. Interrupt of TIM5.
+/// Clears the alarms that have gone off, and wakes the main loop if its own is one of them. Returns
+/// whether the alarm of the switches' filter has gone off. Interrupt of TIM5.
 pub(crate) fn take_alarms() -> bool {
     let flags = clock_timer().sr().read();
-    // A flag is cleared by a zero, ones leave the others.
+    // A zero clears a flag, a one leaves it.
     clock_timer().sr().write(|w| {
         w.cc1if().bit(!flags.cc1if().bit());
         w.cc2if().bit(!flags.cc2if().bit())

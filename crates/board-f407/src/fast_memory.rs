@@ -1,14 +1,16 @@
 //! Memory that never waits, for the step interrupts.
 //!
 //! ```text
-//!  instruction bus  0x00000000  SRAM1 a second time: vectors, step interrupts     no wait states, where the flash has five
-//!  data bus         0x10000000  core coupled memory: stack, data of ticks, machine and pixels: no DMA there
+//!  instruction bus  0x00000000  SRAM1 a second time: vectors, step interrupts
+//!                               (no wait states, where the flash has five)
+//!  data bus         0x10000000  core coupled memory: stack, data of ticks, machine, pixels
+//!                               (no DMA there)
 //!  system bus       0x20000000  SRAM for all else, DMA, peripherals
 //! ```
 //!
 //! Code is fetched over the instruction bus below 0x20000000 only, and SRAM1 is there once SYSCFG
 //! says so (RM0090 sections 2.3.1 and 9.2.1). Data that a tick reads must not be in SRAM1 as well:
-//! fetch and data would wait for each other. What goes where says `memory/fast.x`; `cargo xtask
+//! fetch and data would wait for each other. `memory/fast.x` says what goes where. `cargo xtask
 //! thumb` fails where a step interrupt reaches code in the flash.
 #![allow(unsafe_code)] // memory that the linker has laid out
 use core::ptr::{addr_of, addr_of_mut};
@@ -46,8 +48,8 @@ const SRAM1: usize = 0x2000_0000;
 /// Words of the vector table: the core's 16, and 82 interrupts (RM0090 table 62).
 const VECTORS: usize = 16 + 82;
 
-/// Puts vectors and code into SRAM1 and SRAM1 to address 0, and clears the data. SYSCFG has its
-/// clock. Before anything else that uses either, once.
+/// Copies vectors and code to SRAM1, maps SRAM1 to address 0, and clears the data in the core
+/// coupled memory. SYSCFG has to have its clock. Once, before anything uses this code or data.
 pub(crate) fn load(syscfg: &SYSCFG, scb: &mut SCB) {
     // SAFETY: the linker has kept these places for this, and nobody uses them yet.
     unsafe {
@@ -63,22 +65,23 @@ pub(crate) fn load(syscfg: &SYSCFG, scb: &mut SCB) {
     asm::dsb();
     // SAFETY: a mode of the register: SRAM1.
     syscfg.memrmp().write(|w| unsafe { w.bits(0b11) });
-    // Read back: the store has reached the register before anything is looked for at 0.
+    // The register is read back so that the store has reached it before anything is fetched from 0.
     syscfg.memrmp().read();
-    // SAFETY: the vectors are there, on 512 bytes as 98 of them ask for (DDI 0403, B3.2.5).
+    // SAFETY: the vectors are there, aligned to 512 bytes as 98 of them require (DDI 0403, B3.2.5).
     unsafe { scb.vtor.write(addr_of!(__fast_vectors) as u32) };
     asm::dsb();
     asm::isb();
 }
 
-/// The bytes at a place of the board's record, 0 to 7. Nobody writes those of a record in force.
+/// The bytes at a place for the board's record, 0 to 7. Nobody writes to the place of the record in
+/// force.
 #[cfg(record)]
 pub(crate) fn record(place: usize) -> &'static [u8; SLOT] {
     // SAFETY: the linker has kept this sector of the flash for it; any bytes are bytes.
     unsafe { &(*addr_of!(__record))[place % SLOTS] }
 }
 
-/// A word at such a place, as the flash has it now.
+/// A word of such a place, as the flash has it now.
 #[cfg(record)]
 pub(crate) fn record_word(place: usize, word: usize) -> u32 {
     let bytes = record(place).as_ptr().cast::<u32>();

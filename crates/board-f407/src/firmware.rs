@@ -28,14 +28,16 @@ use stm32f4::stm32f407::RCC;
 /// How long the main loop sleeps at most, in microseconds.
 const LONGEST_SLEEP: Duration = Duration::from_ticks(5_000);
 
-/// Bytes to send on USB, and the place that a ring keeps free: they are gone within a millisecond.
+/// Room for bytes to send on USB: 1024, and the place that a ring keeps free. They are sent within
+/// a millisecond.
 type UsbOutgoing = Queue<u8, 1025>;
 
 type TheMachine = Machine<'static, Kinematics, AXES, MOTORS, Own>;
 
 static INPUTS: Inputs<MOTORS> = Inputs::new();
 
-/// Clocks of the timers, of the switches' lines, of the supply's watch, of the heaters' converter.
+/// Switches on the clocks of the timers, of the switches' lines, of the supply's detector, of the
+/// captures' DMA controller, and of the heaters' converter.
 fn switch_on_clocks(rcc: &RCC) {
     clock::switch_on(rcc, |rcc| {
         rcc.apb2enr()
@@ -144,7 +146,7 @@ mod app {
         };
         let machine = cx.local.place.write(machine);
         let mut store = Sectors::new(device.FLASH);
-        // Without a record nobody knows which sectors are theirs.
+        // Without a record it is not known which sectors are those of the settings.
         if refusal.is_none() {
             load_settings(machine, &mut store);
         }

@@ -1,8 +1,8 @@
 //! Pins as data: a profile names them, this file drives them.
 //!
-//! A HAL has a type for each pin, which a table of pins cannot hold; and its ports build their
-//! words bit by bit, where the step interrupt needs them ready made. All ports have the same
-//! registers, 0x400 apart (RM0090 sections 2.3 and 8.4).
+//! A HAL has a type for each pin, so a table cannot hold its pins. It builds a port's word bit by
+//! bit, and the step interrupt needs the word ready made. All ports have the same registers, 0x400
+//! apart (RM0090 sections 2.3 and 8.4).
 use crate::{
     chip::Bank,
     registers::{port, Word},
@@ -146,7 +146,7 @@ impl Pin {
         self.set_mode(Mode::Alternate);
     }
 
-    /// How fast its edges are. Before the interrupts are on.
+    /// Sets how fast its edges are. Before the interrupts are on.
     pub(crate) fn set_speed(self, speed: Speed) {
         port(self.bank)
             .ospeedr()

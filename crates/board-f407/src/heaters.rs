@@ -1,8 +1,9 @@
-//! The pins of heaters, of their sensors, of their supply, of faults that others see, and of a fan.
+//! The pins of heaters, of their sensors, of their supply, of faults that other devices report, and
+//! of a fan.
 //!
 //! ADC1 converts the sensors one after the other, as its injected group: up to four, each with a
-//! result of its own (RM0090 section 13.3.3). A conversion takes 492 clocks of 21 MHz, 23 µs. A
-//! reading is of the turn before, 100 ms old.
+//! result register of its own (RM0090 section 13.3.3). A conversion takes 492 clocks of 21 MHz, 23
+//! µs. A reading was converted a turn before, and is 100 ms old.
 use crate::{
     clock,
     profile::{HEATER_FAULT, PROFILE, SENSORS},
@@ -11,8 +12,8 @@ use crate::{
 use leadscrew_heat::HeatPort;
 use leadscrew_machine::board::Instant;
 
-/// The channels of the sensors and their number: the last one stands in the fourth place (section
-/// 13.13.12).
+/// The channels of the sensors, and how many they are, as JSQR takes them: the last channel stands
+/// in the fourth place (section 13.13.12).
 const SEQUENCE: u32 = {
     let (mut word, mut place) = ((SENSORS.len() as u32 - 1) << 20, 0);
     while place < SENSORS.len() {

@@ -1,4 +1,4 @@
-//! The pins of M62 to M65, as the extension for them changes them.
+//! The pins of M62 to M65, for the extension `leadscrew_outputs`.
 use crate::{profile::PROFILE, step_port};
 use leadscrew_outputs::OutputPort;
 use leadscrew_stepper::OutputChange;

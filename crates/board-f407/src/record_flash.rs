@@ -1,9 +1,9 @@
-//! A record that comes over a line: kept in the flash beside the one in force, which counts until the
-//! new one has been read back.
+//! A record that comes over a line is kept in the flash beside the one in force. The latter stays
+//! in force until the new one has been read back.
 //!
-//! A place has the new record but for its first word, which comes last: without it the record in front
-//! stays in force. Where the supply fails in between, the place is given up at the next attempt. The
-//! sector has eight places, and nothing is erased: then a record is flashed from outside.
+//! The first word of the new record is written last: without it the record in front stays in force.
+//! If the supply fails in between, the next attempt gives the place up. The sector has eight
+//! places, and nothing is erased. Once they are full, a record has to be flashed from outside.
 use crate::{
     fast_memory, profile,
     settings_flash::{program, FlashError},
@@ -15,7 +15,8 @@ const WORDS: usize = SLOT / 4;
 /// The mark of a place that is given up.
 const SPOILT: [u8; 4] = [0; 4];
 
-/// Keeps a record, and says what has become of it. Main loop, at rest: 16 µs a word.
+/// Keeps a record, and returns the operator's message: `Ok` if it is stored, else why not. Main
+/// loop, at rest: 16 µs a word.
 pub(crate) fn keep(record: &Incoming) -> Result<&'static str, &'static str> {
     let record = record.bytes();
     if let Err(refusal) = profile::read(record) {
@@ -38,7 +39,7 @@ fn write(record: &[u8]) -> Result<(), FlashError> {
     ensure_reads(place, 0, first)
 }
 
-/// The first place that is empty.
+/// The first place that is empty. It marks a place as given up if only its first word is empty.
 fn free_place() -> Result<usize, FlashError> {
     for place in 0..SLOTS {
         let is_empty = |word| fast_memory::record_word(place, word) == u32::MAX;
@@ -52,7 +53,7 @@ fn free_place() -> Result<usize, FlashError> {
     Err(FlashError::OutOfBounds)
 }
 
-/// Whether the flash has these bytes from a word of a place on.
+/// Returns an error unless the flash has these bytes from word `begin` of a place on.
 fn ensure_reads(place: usize, begin: usize, bytes: &[u8]) -> Result<(), FlashError> {
     let (words, _) = bytes.as_chunks::<4>();
     let mut read = words.iter().zip(begin..);

@@ -73,7 +73,7 @@ impl Harmless for dma2::lifcr::LIFCRrs {}
 pub(crate) trait Word<S: RegisterSpec> {
     /// Writes all bits.
     fn put(&self, bits: S::Ux);
-    /// Writes `change` of the bits that are there.
+    /// Reads all bits, and writes what `change` makes of them.
     fn change(&self, change: impl FnOnce(S::Ux) -> S::Ux)
     where
         S: Readable;
@@ -101,8 +101,9 @@ pub(crate) fn port(bank: Bank) -> &'static gpioi::RegisterBlock {
     unsafe { &*(address as *const gpioi::RegisterBlock) }
 }
 
-/// A port in a table that is filled at start-up; port A until then. As the offset of its registers
-/// from those of port A: zeroed memory is one, and a tick has nothing to check.
+/// A port in a table that is filled at start-up; port A until then. It is stored as the offset of
+/// its registers from those of port A. So zeroed memory is a valid port, and a tick has nothing to
+/// check.
 #[cfg(record)]
 pub(crate) struct AnyPort(AtomicU32);
 
@@ -126,8 +127,8 @@ impl AnyPort {
     }
 }
 
-/// The timer of the power. TIM1 and TIM8 have all registers, the others those that they have at the
-/// same offsets (17.4, 18.4 and 19.4).
+/// The timer of the power. TIM1 and TIM8 have all registers. The other timers have some of them, at
+/// the same offsets (17.4, 18.4 and 19.4).
 #[inline(always)]
 pub(crate) fn power_timer(timer: Timer) -> &'static tim1::RegisterBlock {
     let address = 0x4000_0000 + 0x400 * timer as usize;
@@ -135,8 +136,8 @@ pub(crate) fn power_timer(timer: Timer) -> &'static tim1::RegisterBlock {
     unsafe { &*(address as *const tim1::RegisterBlock) }
 }
 
-/// The registers of the power's channel: its compare value, and its mode beside that of a channel
-/// which is not in use.
+/// The registers of the power's channel: its compare value, and its mode. The register of the mode
+/// has that of another channel as well, which is not in use.
 #[cfg(record)]
 pub(crate) struct PowerRegisters {
     pub(crate) compare: &'static tim1::CCR,
@@ -149,7 +150,7 @@ unsafe impl Send for PowerRegisters {}
 
 #[cfg(record)]
 impl PowerRegisters {
-    /// Of channel `number`, 0 to 3.
+    /// The registers of channel `number`, 0 to 3.
     pub(crate) fn new(timer: Timer, number: u8) -> Self {
         let (timer, number) = (power_timer(timer), usize::from(number % 4));
         let second: *const _ = timer.ccmr2_output();
@@ -249,8 +250,9 @@ impl Data for usart1::dr::DRrs {}
 #[cfg(captures)]
 impl Data for tim2::ccr::CCRrs {}
 
-/// Points a stream at a peripheral's register and at memory that is there for ever, a transfer for
-/// each item: the stream has to be off, and its items as wide as the memory's. Nothing moves yet.
+/// Points a stream at a peripheral's register and at static memory, with a transfer for each item.
+/// The stream has to be off, and its items have to be as wide as those of the memory. No transfer
+/// begins yet.
 pub(crate) fn aim<T: Shared, S: Data>(stream: &dma2::ST, data: &Reg<S>, memory: &'static [T]) {
     // SAFETY: two addresses that are valid for ever; `NDTR` keeps the stream within the memory.
     unsafe {

@@ -1,5 +1,5 @@
-//! The step interrupts, above everything else, so that nothing delays a step: a tick, and below it
-//! the end of a pulse.
+//! The step interrupts: a tick, and below it the end of a pulse. They have the highest priorities,
+//! so that nothing delays a step.
 //!
 //! They are not tasks of RTIC. A task of RTIC saves and restores BASEPRI: 14 cycles of each
 //! interrupt, for locks that an interrupt above RTIC's own priorities does not need. They share two
@@ -31,8 +31,8 @@ struct Owned {
 
 struct Place(UnsafeCell<MaybeUninit<Owned>>);
 
-// SAFETY: `start` fills it before the interrupts can come. After that it is the ticks'; the end of
-// a pulse has it at rest, where no tick comes.
+// SAFETY: `start` fills it before the interrupts can come. After that ticks use it. The end of a
+// pulse uses it only at rest, where no tick comes.
 unsafe impl Sync for Place {}
 
 #[link_section = ".bss.ccm.owned"]
@@ -64,8 +64,8 @@ pub(crate) fn start(
 /// A tick is due.
 #[interrupt]
 fn TIM2() {
-    // SAFETY: unmasked by `start`, after that has filled it; the end of a pulse, which it
-    // interrupts, does not have it then.
+    // SAFETY: `start` fills it before it unmasks this interrupt. The end of a pulse, which this may
+    // interrupt, does not use it then.
     let owned = unsafe { (*OWNED.0.get()).assume_init_mut() };
     owned.port.acknowledge();
     let Owned {
@@ -74,8 +74,8 @@ fn TIM2() {
         segments,
     } = owned;
     if on_timer(state, segments, &SHARED, port) {
-        // It has taken so long that the shortest pulse is over, and the next tick may come before
-        // its end can.
+        // This tick has taken so long that the shortest pulse is over, and the next tick may come
+        // before the interrupt of its end.
         step_port::end_pulse_if_over();
     }
 }
@@ -89,7 +89,7 @@ fn TIM1_TRG_COM_TIM11() {
     }
 }
 
-/// Out of rest: has a tick come at once.
+/// Starts motion from rest: makes a tick come at once.
 fn start_motion() {
     // SAFETY: at rest no tick comes before `let_ticks_come`.
     let owned = unsafe { (*OWNED.0.get()).assume_init_mut() };

@@ -12,15 +12,14 @@
 //! ```
 //!
 //! A tick interrupts the end of a pulse, so that edges keep their distance from the schedule;
-//! nothing but a tick does. That a tick never comes just between the look at TIM11 and the stores
-//! that end its pulse is a matter of time: ticks are a pulse and 1 µs apart at least
-//! (`StepTiming::F407`), and the pins are low 0.3 µs after a pulse's end. Where a pulse is over
-//! while a tick is at work, it ends after the tick: 1.3 µs later at most, 3.2 µs where the tick
-//! begins a line.
+//! nothing but a tick does. A tick never comes between the look at TIM11 and the stores that end
+//! its pulse: ticks are at least a pulse and 1 µs apart (`StepTiming::F407`), and the pins are low
+//! 0.3 µs after a pulse's end. A pulse that is over while a tick is at work ends after the tick:
+//! 1.3 µs later at most, 3.2 µs where the tick begins a line.
 //!
-//! What goes to the ports for each set of motors stands ready in a table (`wired`, `recorded`): one
-//! store for each port that has step pins, one after the other. Boards with all of them on one port
-//! step all motors at the same instant.
+//! A table has the words that go to the ports for each set of motors (`wired`, `recorded`). Each
+//! port that has step pins gets one store, one port after the other. A board with all step pins on
+//! one port steps all motors at the same instant.
 #[cfg(record)]
 mod recorded;
 #[cfg(not(record))]
@@ -54,7 +53,7 @@ pub(crate) const PULSE_END_INTERRUPT: Interrupt = Interrupt::TIM1_TRG_COM_TIM11;
 /// Counts of TIM11, which is on APB2, in a microsecond.
 const PULSE_MICROSECOND: u32 = 2 * APB1_TIMER_HZ / 1_000_000;
 
-/// The tables are new: pins have to follow.
+/// Whether the tables are new, so that the pins have to follow.
 static REWIRED: AtomicBool = AtomicBool::new(false);
 /// Counts of TIM11 that a pulse lasts.
 static PULSE: AtomicU32 = AtomicU32::new(10 * PULSE_MICROSECOND);
@@ -65,7 +64,7 @@ placed! { ".bss.ccm.negative";
     static NEGATIVE: AtomicU8 = AtomicU8::new(0);
 }
 placed! { ".bss.ccm.ticking";
-    /// A tick is armed, or at work. Otherwise the end of a pulse may use the data of ticks.
+    /// Whether a tick is armed, or at work. If not, the end of a pulse may use the data of ticks.
     static TICKING: AtomicBool = AtomicBool::new(false);
 }
 
@@ -78,11 +77,12 @@ pub(crate) fn configure(port: &PortConfig) {
     rtic::pend(PULSE_END_INTERRUPT);
 }
 
-/// Counts behind its instant at which a tick is missed: 100 µs. Nothing keeps a tick away for
-/// longer than an instruction.
+/// A tick counts as missed from this many counts after its instant: 100 µs. Nothing delays a tick
+/// by more than an instruction.
 const MISSED: u32 = 8_400;
 
-/// Whether an instant has come: less than half the timer's range (25 s) ahead is the future.
+/// Whether an instant has come. An instant that is less than half the timer's range (25 s) ahead is
+/// in the future.
 #[inline(always)]
 fn has_come(instant: u32, now: u32) -> bool {
     now.wrapping_sub(instant).cast_signed() >= 0
@@ -101,8 +101,8 @@ pub(crate) fn start(_: TIM2, _: TIM11) {
     pulse_timer().dier().write(|w| w.uie().enabled());
 }
 
-/// At rest: puts new levels out (where a pulse is under way, its end puts them out). Whether motion
-/// is to begin. Interrupt of TIM11, which the main loop pends.
+/// Whether motion is to begin. At rest this also puts new levels out; while a pulse is under way it
+/// leaves them to the interrupt at the pulse's end. Interrupt of TIM11, which the main loop pends.
 #[inline(always)] // with `is_pulsing` inlined too, a pulse ends in 69 cycles and not in 77
 pub(crate) fn is_to_start(shared: &Shared<MOTORS>) -> bool {
     !TICKING.load(Relaxed) && rewire_and_look(shared)
@@ -120,7 +120,8 @@ fn rewire_and_look(shared: &Shared<MOTORS>) -> bool {
     shared.is_running()
 }
 
-/// Whether step pins are high: TIM11 counts, or nobody has seen yet that it has stopped.
+/// Whether step pins are at the level of a pulse: TIM11 counts, or it has stopped and nobody has
+/// seen it yet.
 #[inline(always)] // see `is_to_start`
 fn is_pulsing() -> bool {
     pulse_timer().cr1().read().cen().bit_is_set() || pulse_timer().sr().read().uif().bit_is_set()
@@ -138,8 +139,8 @@ pub(crate) fn end_pulse_if_over() {
 #[inline(always)]
 fn end_pulse() {
     ports::end_pulse();
-    // From here on a tick that begins a line puts its directions out by itself; older ones must not
-    // follow them.
+    // From here on a tick that begins a line puts its directions out by itself. Older directions
+    // must not be put out after them.
     loop {
         let negative = NEGATIVE.load(Relaxed);
         ports::set_direction(MotorMask::from_bits(negative));
@@ -149,8 +150,8 @@ fn end_pulse() {
     }
 }
 
-/// Has a tick whose instant has passed come as soon as a pulse may begin; from which instant on the
-/// schedule goes on.
+/// Makes a tick whose instant has passed come as soon as a pulse may begin. Returns the instant
+/// from which the schedule goes on.
 #[cold]
 #[inline(never)]
 fn make_up(now: u32) -> u32 {
@@ -159,20 +160,21 @@ fn make_up(now: u32) -> u32 {
         make_tick_come();
         return now;
     }
-    // The tick before came late itself, and its pulse has only begun: as far apart as ticks are at
-    // least.
+    // The tick before came late itself, and its pulse has only begun. This tick comes the least
+    // time between ticks after it.
     let due = now.wrapping_add(PULSE.load(Relaxed) / 2 + APB1_TIMER_HZ / 1_000_000);
     tick_timer().ccr1().write(|w| w.ccr().set(due));
     due
 }
 
-/// Has the armed tick come at once, whatever its instant is.
+/// Makes the armed tick come at once, whatever its instant is.
 fn make_tick_come() {
     tick_timer().egr().write(|w| w.cc1g().set_bit());
 }
 
-/// Has the armed tick come where its instant has passed unmet: something kept the core from the
-/// compare for too long, and the timer would come round to it in 51 s. Main loop, at every turn.
+/// Makes the armed tick come if its instant has passed without it. Then something held the core up
+/// for so long that the compare register was written too late, and the timer would come round to it
+/// in 51 s. Main loop, at every turn.
 pub(crate) fn catch_missed_tick() {
     let instant = || tick_timer().ccr1().read().bits();
     let due = instant();
@@ -186,7 +188,7 @@ pub(crate) fn catch_missed_tick() {
 /// The outputs of ticks. TIM2's interrupt uses it; TIM11's interrupt uses it where no tick is
 /// armed.
 pub(crate) struct Port {
-    /// The instant of the tick that is armed, as compare 1 has it: to read it there takes 16
+    /// The instant of the tick that is armed, the same as in compare 1. To read it there takes 16
     /// cycles.
     due: u32,
     power: pwm::Channel,
@@ -207,15 +209,15 @@ impl Port {
         tick_timer().sr().write(|w| w.cc1if().clear());
     }
 
-    /// Makes now the instant from which the first wait counts. At rest.
+    /// The first wait counts from now on. At rest.
     pub(crate) fn begin(&mut self) {
         self.due = count();
     }
 }
 
-/// Has a tick come at once, and lets those come that it arms. Interrupt of TIM11, at rest. The flag
-/// goes up before the interrupt is let through: it may be up already, since the timer has come round
-/// to the compare register at rest, and two ticks would come.
+/// Makes a tick come at once, and lets the ticks come that it arms. Interrupt of TIM11, at rest.
+/// The flag is set before the interrupt is enabled. It may be set already, since the timer comes
+/// round to the compare register at rest; in the other order two ticks would come.
 pub(crate) fn let_ticks_come() {
     TICKING.store(true, Relaxed);
     make_tick_come();
@@ -224,7 +226,7 @@ pub(crate) fn let_ticks_come() {
         .write(|w| keep_captures(w).cc1ie().enabled());
 }
 
-/// The requests of the other channels, where they capture edges (`src/capture.rs`); none otherwise.
+/// Keeps the DMA requests of the other channels where they capture edges (`src/capture.rs`).
 #[inline(always)]
 pub(crate) fn keep_captures(w: &mut dier::W) -> &mut dier::W {
     if cfg!(captures) {
@@ -235,7 +237,8 @@ pub(crate) fn keep_captures(w: &mut dier::W) -> &mut dier::W {
 }
 
 impl StepPort for Port {
-    /// A pulse that is still high would be made no longer: ticks are further apart than that.
+    /// A pulse that is still under way would not be made longer; ticks are further apart than a
+    /// pulse.
     #[inline]
     fn step(&mut self, motors: MotorMask) {
         ports::step(motors);

@@ -1,4 +1,4 @@
-//! Switch inputs: an edge is noted at once, and believed once its level has lasted.
+//! Switch inputs: an edge is noted at once, and its level is believed once it has lasted.
 //!
 //! ```text
 //!            edge: position latched            level looked at: still there? then it counts
@@ -8,9 +8,9 @@
 //!
 //! Each input is on a line of EXTI of its own: its pin's number, whatever the port (RM0090 section
 //! 12.2.5). Further edges within the time change nothing, so that a switch that bounces, or noise
-//! that goes on, is answered after exactly that time; a shorter spike is forgotten. The line is
-//! masked for as long, so that noise takes two interrupts each such time and no more. TIM5, which
-//! counts microseconds, keeps the time.
+//! that goes on, is answered after exactly that time. A shorter spike is forgotten. The line is
+//! masked during the time, so that noise causes no more than two interrupts in each such time.
+//! TIM5, which counts microseconds, keeps the time.
 #[cfg(record)]
 mod recorded;
 #[cfg(not(record))]
@@ -36,8 +36,8 @@ placed! { ".bss.ccm.levels";
 /// How long a level has to last, in microseconds. Written by the main loop at rest.
 static TIME_US: AtomicU32 = AtomicU32::new(0);
 
-/// Sets the filter's time. Main loop, at rest: at start-up before the machine listens, and after a
-/// change of `$706`.
+/// Sets the filter's time, in microseconds. Main loop, at rest: at start-up before the machine
+/// listens, and after a change of `$706`.
 pub(crate) fn set_filter(microseconds: u32) {
     TIME_US.store(microseconds, Relaxed);
 }
@@ -45,7 +45,7 @@ pub(crate) fn set_filter(microseconds: u32) {
 /// Waits until each edge that has come so far is believed or forgotten, 10 ms at most. Main loop,
 /// at rest.
 pub(crate) fn let_settle() {
-    /// The time that interrupts take besides, a generous estimate.
+    /// A generous estimate of the time that interrupts take besides.
     const INTERRUPTS_US: u32 = 20;
     let microseconds = TIME_US.load(Relaxed) + INTERRUPTS_US;
     cortex_m::asm::delay(microseconds * (clock::CPU_HZ / 1_000_000));
@@ -59,7 +59,7 @@ pub(crate) struct Filter {
     settling: u16,
     /// When each of them is looked at, in counts of the clock.
     due: [u32; 16],
-    /// The instant for which the timer has been asked.
+    /// The instant for which the alarm is set.
     alarm: u32,
     /// Where the motors stood at the edge of the probe.
     at_probe: [i32; MOTORS],
@@ -125,8 +125,8 @@ impl Filter {
         clock::set_filter_alarm(due);
     }
 
-    /// Looks at the lines whose time is over, and acts on those that have changed. The alarm's
-    /// instant stands in for the present: to ask the timer takes 20 cycles. Interrupt of TIM5.
+    /// Looks at the lines whose time is over, and acts on those that have changed. It takes the
+    /// alarm's instant for the present, since to ask the timer takes 20 cycles. Interrupt of TIM5.
     #[inline(always)]
     pub(crate) fn on_time(&mut self, inputs: &Inputs<MOTORS>, shared: &Shared<MOTORS>) {
         let (before, waiting) = (LEVELS.load(Relaxed), self.settling);
@@ -161,14 +161,14 @@ impl Filter {
         levels as u16
     }
 
-    /// Hears nothing more of some lines.
+    /// Masks some lines.
     fn mask(&self, lines: u16) {
         self.exti.imr().change(|all| all & !u32::from(lines));
     }
 
-    /// Listens again to some lines, whose level is believed to be that of `levels`: where it is
-    /// another by now, that counts as an edge. What was noted of them while they were masked is
-    /// forgotten before they are looked at, so that nothing is lost.
+    /// Listens again to some lines. Their believed levels are in `levels`; a line that has another
+    /// level by now counts as having an edge. Edges that came while the lines were masked are
+    /// cleared before the levels are read, so that no change is lost.
     #[inline(never)]
     fn listen_again(&self, over: u16, levels: u16) {
         let over = u32::from(over);
@@ -226,8 +226,8 @@ pub(crate) fn switches() -> Switches {
     board::switches_at(LEVELS.load(Relaxed))
 }
 
-/// Which port's pin a line looks at (RM0090 section 9.2.3): four bits a line, four lines a
-/// register.
+/// Selects the port whose pin a line listens to (RM0090 section 9.2.3): four bits a line, four
+/// lines a register.
 fn select_port(syscfg: &SYSCFG, line: u8, bank: Bank) {
     let shift = line % 4 * 4;
     let word = |before: u32| before & !(0xF << shift) | (bank as u32) << shift;

@@ -1,4 +1,4 @@
-//! The switches at the ends of a tool's way, as the extension for it reads them.
+//! The switches at the ends of a tool's travel, for the extension `leadscrew_ztool`.
 use crate::gpio::Input;
 use leadscrew_ztool::{End, ToolPort};
 

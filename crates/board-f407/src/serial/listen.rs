@@ -1,8 +1,8 @@
 //! The interrupt's end of the line: received bytes.
 //!
-//! DMA writes each byte to the next place of a ring, as the half-word that the USART's data
-//! register is, and never stops. A place that has been read is marked empty, so that the ring alone
-//! says what is new: no count to read, and none that could have come round unseen.
+//! DMA writes each byte to the next place of a ring, and never stops. A place is a half-word, as
+//! the USART's data register is. A place that has been read is marked empty, so that the ring alone
+//! says what is new: there is no count that could come round unseen.
 use super::Stream;
 use crate::{clock::APB1_TIMER_HZ, wake::wake};
 use core::sync::atomic::{AtomicU16, Ordering::Relaxed};
@@ -13,16 +13,16 @@ use stm32f4::stm32f407::TIM7;
 /// Ten bytes at 2 Mbaud.
 const EVERY_US: u32 = 50;
 
-/// Places of the ring. At 2 Mbaud 400 bytes come in the 2 ms for which the flash may hold the CPU
-/// up. Where a sector is erased in mid-run it is half a second, 2 s at most: as many as a sender
-/// may have under way unanswered, and 64 realtime bytes.
+/// Places of the ring. Writing the flash may hold the CPU up for 2 ms, in which 400 bytes come at 2
+/// Mbaud. Erasing a sector in mid-run holds it up for half a second, 2 s at most. For this the ring
+/// has room for all bytes that a sender may have under way unanswered, and for 64 realtime bytes.
 const RING: usize = DEFAULT_RX + 64;
 /// In SRAM: DMA does not reach the core coupled memory.
 static ARRIVED: [AtomicU16; RING] = [const { AtomicU16::new(0) }; RING];
-/// Nothing has come here. A byte leaves the upper half zero.
+/// Marks a place to which nothing has come. A byte leaves the upper half zero.
 const EMPTY: u16 = u16::MAX;
 
-/// Receives, of DMA1 for USART2 and of DMA2 for USART1 (RM0090 tables 43 and 44).
+/// The stream that receives: of DMA1 for USART2, of DMA2 for USART1 (RM0090 tables 43 and 44).
 const STREAM: Stream = Stream(5);
 
 fn place(number: usize) -> &'static AtomicU16 {
@@ -77,8 +77,9 @@ impl Listener {
         }
     }
 
-    /// Forgets all that has come: the CPU stood still for longer than the ring lasts. One that
-    /// comes between the last two lines is taken for another overrun, and forgotten as well.
+    /// Forgets all bytes that have come: the CPU stood still for longer than the ring lasts. A byte
+    /// that comes between the last two lines is taken for another overrun later, and forgotten as
+    /// well.
     #[cold]
     fn lose(&mut self) {
         defmt::error!("bytes of the serial line lost");

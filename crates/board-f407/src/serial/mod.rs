@@ -1,8 +1,10 @@
 //! The serial line: USART1 or USART2 (RM0090 chapter 30), whose bytes DMA carries (chapter 10).
 //!
 //! ```text
-//!   pin -> DMA -> ring -> looked at every 50 µs -> Receiver: realtime bytes picked out, all others queued -> main loop
-//!   pin <- DMA <- ring <- started by the interrupt at the end of the piece before                 <- main loop: Writer
+//!   pin -> DMA -> ring -> Receiver -> main loop
+//!                         Every 50 µs: realtime bytes are picked out, all others are queued.
+//!   pin <- DMA <- ring <- main loop: Writer
+//!          The interrupt at the end of a piece starts the next piece.
 //! ```
 //!
 //! At 2 Mbaud a byte comes every 5 µs: an interrupt for each would take a quarter of the CPU, and
@@ -36,7 +38,7 @@ fn line() -> Usart {
     profile::usart()
 }
 
-/// Whether the line is on USART1: `enable` has asked the record.
+/// Whether the line is on USART1. `enable` takes it from the record.
 #[cfg(record)]
 static ON_USART1: AtomicBool = AtomicBool::new(false);
 
@@ -58,16 +60,16 @@ fn clock_hz() -> u32 {
     }
 }
 
-/// All that DMA does for either USART is on this channel: USART2's on DMA1, USART1's on DMA2
-/// (RM0090 tables 43 and 44).
+/// The channel of the DMA streams for either USART: those of DMA1 for USART2, those of DMA2 for
+/// USART1 (RM0090 tables 43 and 44).
 const CHANNEL: u8 = 4;
 
-/// Written at start-up only; the bytes are DMA's.
+/// The line's USART. It is written at start-up only; the bytes go through DMA.
 fn usart() -> &'static usart1::RegisterBlock {
     registers::usart(line())
 }
 
-/// Of the controller the two streams of the line are in use: `Listener` has one, `Sender` the
+/// The line's DMA controller. The line uses two of its streams: `Listener` has one, `Sender` the
 /// other.
 fn dma() -> &'static dma2::RegisterBlock {
     registers::dma(line())
@@ -93,7 +95,7 @@ impl Stream {
         });
     }
 
-    /// Sends `bytes`. While it is off.
+    /// Sends `bytes`. The stream must be off.
     fn send(self, bytes: &'static [AtomicU8]) {
         self.clear_flags();
         registers::aim(self.registers(), usart().dr(), bytes);
@@ -114,8 +116,8 @@ impl Stream {
     }
 }
 
-/// Switches the USART, its DMA controller and the timer of [`Listener`] on. Before anything else
-/// here.
+/// Switches on the clocks of the USART, its DMA controller and the timer of [`Listener`]. Before
+/// anything else here.
 pub(crate) fn enable(rcc: &RCC) {
     #[cfg(record)]
     ON_USART1.store(profile::usart() == Usart::Usart1, Relaxed);
@@ -134,14 +136,16 @@ pub(crate) fn enable(rcc: &RCC) {
     });
 }
 
-/// Starts the line: 8 bits, no parity, one stop bit. Before its ends.
+/// Starts the line: 8 bits, no parity, one stop bit. Once, after [`Listener::new`].
 pub(crate) fn start() {
     let (transmit, receive) = profile::serial_pins();
     transmit.make_alternate(FUNCTION, Pull::None);
     receive.make_alternate(FUNCTION, Pull::Up);
-    // Sixteenths of the clock a bit, rounded (RM0090 section 30.3.4).
+    // The divider in sixteenths, which are periods of the clock a bit, rounded (RM0090 section
+    // 30.3.4).
     let divider = (clock_hz() + BAUD / 2) / BAUD;
-    // Mantissa and fraction together are the whole divider; 16 to 0xFFFF is defined.
+    // The register holds mantissa and fraction together, which are this number; 16 to 0xFFFF are
+    // defined.
     usart().brr().put(divider as u16);
     usart().cr3().write(|w| w.dmar().enabled().dmat().enabled());
     usart()

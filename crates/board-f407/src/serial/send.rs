@@ -1,5 +1,5 @@
-//! Sending: the main loop writes to a ring, DMA sends each contiguous piece, an interrupt ends each
-//! piece.
+//! Sending: the main loop writes to a ring, DMA sends it in contiguous pieces, and an interrupt
+//! comes at the end of each piece.
 use super::{line, Stream};
 use crate::{chip::Usart, profile::BAUD, wake::wake};
 use core::sync::atomic::{
@@ -11,9 +11,9 @@ use stm32f4::stm32f407::Interrupt;
 /// Bytes that the ring has room for: the two messages that may come before the banner. A power of
 /// two.
 const RING: usize = 128;
-/// The most bytes of the machine that wait to be sent: the line sends them in 0.7 ms; 8 at least.
-/// Few, because a report waits for the bytes before it. Bytes that find no room wait in the
-/// machine.
+/// The most bytes of the machine that wait to be sent: as many as the line sends in 0.7 ms, 8 at
+/// least, and the whole ring at most. They are few, because a report waits for the bytes before it.
+/// Bytes that find no room wait in the machine.
 const AHEAD: usize = match BAUD / 10 * 7 / 10_000 {
     0..8 => 8,
     bytes @ 8..128 => bytes as usize,
@@ -28,10 +28,10 @@ static WAITING: [AtomicU8; RING] = [const { AtomicU8::new(0) }; RING];
 static WRITTEN: AtomicUsize = AtomicUsize::new(0);
 /// Bytes sent of them. Written by the interrupt.
 static SENT: AtomicUsize = AtomicUsize::new(0);
-/// The main loop has more than there was room for: it wants to be woken.
+/// Whether the main loop has more bytes than there was room for, and wants to be woken.
 static MORE: AtomicBool = AtomicBool::new(false);
 
-/// Sends: of DMA1 for USART2, of DMA2 for USART1 (RM0090 tables 43 and 44).
+/// The stream that sends: of DMA1 for USART2, of DMA2 for USART1 (RM0090 tables 43 and 44).
 #[inline(always)]
 fn stream() -> Stream {
     match line() {
@@ -40,7 +40,7 @@ fn stream() -> Stream {
     }
 }
 
-/// At the end of a piece, and pended where there is something to send.
+/// The interrupt at the end of a piece. [`Writer`] pends it when there is something to send.
 #[inline(always)]
 fn interrupt() -> Interrupt {
     match line() {

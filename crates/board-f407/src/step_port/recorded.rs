@@ -1,5 +1,5 @@
 //! The tables of a board whose pins are in its record: room for a port and a word for each motor.
-//! Where motors share a port, their bits are in one word, and the places behind are not looked at.
+//! Where motors share a port, their bits are in one word, and the last places stay unused.
 use crate::{
     chip::Bank,
     fast_memory::placed,
@@ -17,8 +17,8 @@ type Words = [AtomicU32; MOTORS];
 
 const NO_WORDS: Words = [const { AtomicU32::new(0) }; MOTORS];
 
-/// Ports, and their words for each set of motors. Written by the main loop at rest, read by the step
-/// interrupt.
+/// Ports, and their words for each set of motors. The main loop writes them at rest, the step
+/// interrupt reads them.
 struct Table {
     /// Ports in use.
     count: AtomicU8,
@@ -97,7 +97,7 @@ fn fill_words(words: &Words, pins: &Pins, banks: &[Bank], level: impl Fn(usize) 
     }
 }
 
-/// All that goes to the ports, in one place: the interrupts load its address once.
+/// All words that go to the ports, in one static: the interrupts load its address once.
 struct Tables {
     steps: Table,
     directions: Table,
@@ -114,8 +114,8 @@ placed! { ".bss.ccm.tables";
     };
 }
 
-/// Makes the tables, for motors whose step pulses are low, and for those whose direction is low in
-/// the negative direction. Main loop, at rest.
+/// Makes the tables. `steps` are the motors whose step pulses are low, `directions` are those whose
+/// direction pin is low for the negative direction. Main loop, at rest.
 pub(super) fn fill(steps: MotorMask, directions: MotorMask) {
     let motors = profile::motors();
     let (step, direction) = (motors.map(|motor| motor.0), motors.map(|motor| motor.1));
@@ -148,6 +148,6 @@ pub(super) fn end_pulse() {
     TABLES.steps.put(&TABLES.pulse_end);
 }
 
-/// M62 to M65: no machine without a file has them.
+/// Does nothing: M62 to M65 need a machine's file, and a board with a record has none.
 #[inline(always)]
 pub(super) fn change_outputs(_: OutputChange) {}

@@ -1,4 +1,5 @@
-//! The tables of a board whose pins are compiled in: as many words as it has ports with such pins.
+//! The tables of a board whose pins are compiled in: for each set of motors, a word for each port
+//! with step pins, and for each port with direction pins.
 use crate::{
     chip::Bank,
     fast_memory::placed,
@@ -87,8 +88,8 @@ placed! { ".bss.ccm.pulse_end";
     static PULSE_END: [AtomicU32; STEP_BANKS.1] = [const { AtomicU32::new(0) }; STEP_BANKS.1];
 }
 
-/// Makes the tables, for motors whose step pulses are low, and for those whose direction is low in
-/// the negative direction. Main loop, at rest.
+/// Makes the tables. `steps` are the motors whose step pulses are low, `directions` are those whose
+/// direction pin is low for the negative direction. Main loop, at rest.
 pub(super) fn fill(steps: MotorMask, directions: MotorMask) {
     STEPS.fill(&STEP_PINS, &STEP_BANKS.0, |motor, stepping| {
         stepping.then(|| !steps.contains(motor))

@@ -8,7 +8,7 @@ use crate::{
 use leadscrew_machine::board::Switches;
 use leadscrew_stepper::MotorMask;
 
-/// All that are not limit switches.
+/// All inputs that are not limit switches.
 const BUTTONS: [Option<Input>; 5] = [
     PROFILE.probe,
     PROFILE.reset,
@@ -45,7 +45,7 @@ const WIRED: ([Bank; 16], u16, u16) = {
     (banks, lines, inverted)
 };
 
-/// Makes the tables: they are there. Start-up.
+/// Does nothing: the compiler has made the tables. Start-up.
 #[inline(always)]
 pub(super) fn prepare() {}
 
@@ -66,7 +66,7 @@ pub(super) fn inverted() -> u16 {
     INVERTED
 }
 
-/// The line of the probe, as a bit; none where there is no probe.
+/// The line of the probe, as a bit; 0 where there is no probe.
 #[inline(always)]
 pub(super) fn probe_line() -> u16 {
     PROFILE.probe.map_or(0, Input::line)
