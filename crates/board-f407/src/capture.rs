@@ -8,7 +8,7 @@
 //!
 //! ```text
 //!   M120 P5        at rest: captures wires 0 and 2 (P has a bit for each wire)
-//!   M121 P0 L32    at rest: the edges of wire 0, from edge 32 on: [EDGES:0,32,1000,0,1:0001a2b3...]
+//!   M121 P0 L32    at rest: edges of wire 0, from edge 32 on: [EDGES:0,32,1000,0,1:0001a2b3...]
 //!                  wire 0; first edge 32; 1000 edges in all; 0: none lost; 1: high before edge 0
 //!   M122           the count now: [COUNT:0001a2b3]
 //! ```

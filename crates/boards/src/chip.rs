@@ -19,7 +19,7 @@ pub enum Chip {
     Zg,
 }
 
-/// Functions of the pins of the STM32F407ZG; `tests/chip.rs` checks them.
+/// Functions of the pins of the STM32F407ZG; `crates/f407emu/tests/chip.rs` checks them.
 const FUNCTIONS: &str = include_str!("../data/stm32f407.txt");
 
 impl Chip {

@@ -10,13 +10,13 @@ use leadscrew_record::{
 };
 use std::fmt;
 
-/// The axes of a board without a machine's file, which one motor or more moves.
+/// The number of axes of a board without a machine's file. Each has one motor or more.
 pub(crate) const AXES: u8 = 3;
 
 /// The order of homing where a board's file does not say: Grbl's.
 const GRBL_HOMING: [u8; 4] = [0b100, 0b011, 0, 0];
 
-/// A board has more settings or enable pins than a record has room for.
+/// The error of a board with more settings or enable pins than a record has room for.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct TooLong;
 
@@ -54,11 +54,11 @@ impl Board {
         ![first, second].contains(&record) && room >= PROGRAM
     }
 
-    /// The record of the board, which has to be free of findings, without its sockets: only a
-    /// machine's file puts them to use.
+    /// The record of the board, without its sockets, which only a machine's file puts to use.
+    /// [`Board::check`] must have found no mistake.
     ///
     /// # Errors
-    /// It is too long.
+    /// The board has more settings or enable pins than a record has room for.
     pub fn record(&self) -> Result<Vec<u8>, TooLong> {
         let settings = self.defaults.iter().filter_map(|(name, value)| {
             Some(Setting {
@@ -78,7 +78,8 @@ impl Board {
         Ok(bytes[..length].to_vec())
     }
 
-    /// The lines that bring a record to a firmware: a part of it each, then the end.
+    /// The lines that send a record to a firmware. Each has a part of the record; the last one ends
+    /// it.
     #[must_use]
     pub fn record_lines(record: &[u8]) -> Vec<String> {
         let line = |(number, part): (usize, &[u8])| {
@@ -96,7 +97,7 @@ impl Board {
         parts.chain(std::iter::once("$B=".to_owned())).collect()
     }
 
-    /// The image of the firmware that it is for, with `defaults` settings.
+    /// The build of the firmware that the record is for; `defaults` is the number of its settings.
     #[must_use]
     pub fn shape(&self, defaults: u8) -> Shape {
         let second = self.motor.get(usize::from(AXES)).map(|motor| motor.axis);
@@ -163,7 +164,8 @@ impl Board {
         }
     }
 
-    /// The pins that could do harm, and the levels at which they do not: power first.
+    /// The pins that could do harm, and the levels at which they do none. The power pin comes
+    /// first.
     fn safe(&self) -> SafeTable {
         let low = |pin: Pin| (pin, false);
         let motors = self.motor.iter().flat_map(|one| [one.step, one.direction]);
@@ -185,7 +187,7 @@ pub(crate) fn mask(axes: &str) -> u8 {
         .fold(0, |all, (_, axis)| all | 1 << axis as u8)
 }
 
-/// As many bytes of a name as there is room for, whole letters, then zeros.
+/// The bytes of a name, cut to whole letters where it is too long, and filled up with zeros.
 fn name(text: &str) -> [u8; NAME] {
     let mut bytes = text.as_bytes()[..text.floor_char_boundary(NAME)].iter();
     [0; NAME].map(|_| bytes.next().copied().unwrap_or(0))

@@ -127,8 +127,8 @@ pub(crate) fn own() -> Own {{
         )
     }
 
-    /// The module of an image that reads its board from a record: what is compiled in, which is how
-    /// many motors move which axes.
+    /// The module of an image that reads its board from a record. Only the kinematics, and the
+    /// numbers of axes and motors, are compiled in.
     #[must_use]
     pub fn shape_module(&self) -> String {
         let (kind, value) = self.motion();
@@ -208,8 +208,9 @@ pub(crate) const fn kinematics() -> Kinematics {{
         script(self.start, length, CODE_KIB, &text)
     }
 
-    /// The same for an image that reads its board from a record, whose sector is in front of the
-    /// code. It is the same for all boards of one start. Nothing where such an image has no room.
+    /// The linker's memory map of an image that reads its board from a record. The record's sector
+    /// is in front of the code. The map is the same for all boards with the same `start`. `None`
+    /// where the board has no room for such an image.
     #[must_use]
     pub fn record_memory(&self) -> Option<String> {
         let sector = self
@@ -232,7 +233,8 @@ _stext = {:#010X};
     }
 }
 
-/// The script for a flash of `length` bytes from `start` on.
+/// The script for a flash of `length` bytes from `start` on, with `code_kib` KiB for the step
+/// interrupts' code.
 fn script(start: u32, length: u32, code_kib: u32, text: &str) -> String {
     let ram = ram(code_kib);
     format!(
@@ -260,7 +262,7 @@ fn ram(code_kib: u32) -> String {
     )
 }
 
-/// KiB for the step interrupts' code; with tables in place of pins it is longer.
+/// KiB for the step interrupts' code. It is longer where it reads the pins from tables.
 const CODE_KIB: u32 = 4;
 const RECORD_CODE_KIB: u32 = 5;
 

@@ -8,26 +8,27 @@ use zerocopy::{
 /// Bytes of a board's name.
 pub const NAME: usize = 32;
 
-/// Motors that a record has room for.
+/// The most motors of a record.
 pub const MOTORS: usize = 4;
 
-/// Pins that enable the motors, at most.
+/// The most pins that enable the motors.
 pub const ENABLES: usize = 8;
 
-/// A new machine's settings, at most: the outputs wait for their checksum after a reset.
+/// The most settings of a new machine. There are few, because the outputs float after a reset until
+/// the checksum over them has been made.
 pub const SETTINGS: usize = 64;
 
-/// What every record begins with.
+/// The first fields of every record.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[repr(C)]
 pub struct Head {
     /// [`crate::MAGIC`].
     pub magic: U32,
-    /// CRC-32 of the bytes from here to the record's end.
+    /// CRC-32 of the bytes behind this field, to the record's end.
     pub checksum: U32,
     /// [`crate::VERSION`].
     pub version: U16,
-    /// Of the whole record, settings too.
+    /// The length of the whole record in bytes, with its settings.
     pub length: U16,
 }
 
@@ -39,7 +40,7 @@ pub struct Shape {
     pub axes: u8,
     /// Its motors.
     pub motors: u8,
-    /// 0: a motor an axis; 1: crossed belts; 2 + n: two motors on axis n.
+    /// 0: each axis has one motor; 1: crossed belts; 2 + n: axis n has two motors.
     pub kinematics: u8,
     /// How many settings follow.
     pub defaults: u8,
@@ -75,9 +76,9 @@ pub struct Power {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[repr(C)]
 pub struct Motor {
-    /// A pulse for each step.
+    /// The pin for step pulses.
     pub step: PinCode,
-    /// High is negative.
+    /// The direction pin: high is negative.
     pub direction: PinCode,
     /// Its limit switch.
     pub limit: PinCode,
@@ -116,7 +117,7 @@ impl Outputs {
     };
 }
 
-/// All that the head's checksum protects, but for the settings behind it.
+/// The part of a record between its head and its settings.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[repr(C)]
 pub struct Content {
@@ -124,9 +125,9 @@ pub struct Content {
     pub crystal_hz: U32,
     /// Frequency of laser or spindle power in Hz, 50 to 100 000.
     pub power_hz: U32,
-    /// What makes the outputs safe.
+    /// The table that makes the outputs safe.
     pub safe: SafeTable,
-    /// The build that it is for.
+    /// The build of the firmware that the record is for.
     pub shape: Shape,
     /// The two sectors of the settings.
     pub settings: [u8; 2],
@@ -136,22 +137,22 @@ pub struct Content {
     pub power: Power,
     /// Step, direction and limit switch of each motor.
     pub motors: [Motor; MOTORS],
-    /// All motors are enabled by these.
+    /// The pins that enable all motors.
     pub enables: [PinCode; ENABLES],
     /// The switched outputs.
     pub outputs: Outputs,
     /// Probe, reset, hold, start, door.
     pub buttons: [PinCode; 5],
-    /// Axes that home together, a bit each, in the order in which they home.
+    /// The homing cycles in their order; each is a mask of the axes that home together.
     pub homing: [u8; 4],
-    /// For the log and `$I`: UTF-8, zeros behind it.
+    /// The board's name for the log and `$I`: UTF-8, filled up with zeros.
     pub name: [u8; NAME],
-    /// 0: settings begin at a multiple of 4.
+    /// Two zeros, so that the settings begin at a multiple of 4.
     pub reserved: [u8; 2],
 }
 
 impl Content {
-    /// A board without pins: that of a firmware which has found no record.
+    /// A board without pins, for a firmware that has found no record.
     pub const NONE: Self = Self {
         crystal_hz: U32::ZERO,
         power_hz: U32::new(10_000),
@@ -188,9 +189,9 @@ impl Content {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[repr(C)]
 pub struct Record {
-    /// Magic, checksum, version, length.
+    /// Its head: magic, checksum, version, length.
     pub head: Head,
-    /// The rest.
+    /// Its content.
     pub content: Content,
 }
 
@@ -200,8 +201,8 @@ pub struct Record {
 pub struct Setting {
     /// The number after the `$`.
     pub number: U16,
-    /// 0.
+    /// Zeros.
     pub reserved: [u8; 6],
-    /// Its value in 10⁻⁹.
+    /// Its value, in units of 10⁻⁹.
     pub nanos: I64,
 }

@@ -1,8 +1,9 @@
-//! A record as lines of text, as they go over a serial line.
+//! A record as lines of text, which go over a serial line.
 //!
 //! ```text
 //!   00004C53421F
-//!   |   |     the byte that makes the sum of all 0, modulo 256
+//!   |   |     |
+//!   |   |     a byte that makes the sum of all bytes 0, modulo 256
 //!   |   1 to 16 bytes of the record
 //!   their place in the record, high byte first
 //! ```
@@ -12,25 +13,25 @@ use crate::{Setting, FIXED, SETTINGS};
 /// Bytes of the longest record.
 pub const LONGEST: usize = FIXED + SETTINGS * size_of::<Setting>();
 
-/// Bytes of a record that a line has at most.
+/// The most bytes of a record in one line.
 pub const PART: usize = 16;
 
-/// In front of a line's bytes: their place. Behind them: the checksum.
+/// Bytes of the place in front of a line's part of the record, and of the checksum behind it.
 const PLACE: usize = 2;
 const SUM: usize = 1;
 
-/// A record as far as its lines have come.
+/// The part of a record whose lines have come.
 pub struct Incoming {
     bytes: [u8; LONGEST],
     length: usize,
 }
 
-/// A line that is not one of a record, or not the next one.
+/// The error of a line that is damaged, or that is not the next one.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct WrongLine;
 
 impl Incoming {
-    /// Nothing has come.
+    /// No line has come yet.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -39,10 +40,10 @@ impl Incoming {
         }
     }
 
-    /// Takes the next line; the line with the first byte begins anew.
+    /// Takes the next line. A line with the first bytes of a record begins anew.
     ///
     /// # Errors
-    /// A letter is wrong, or it is not the next line.
+    /// The line is damaged, or it is not the next one, or the record is longer than [`LONGEST`].
     pub fn take(&mut self, line: &[u8]) -> Result<(), WrongLine> {
         let mut bytes = [0; PLACE + PART + SUM];
         let bytes = decode(line, &mut bytes).ok_or(WrongLine)?;
@@ -66,7 +67,7 @@ impl Incoming {
         Ok(())
     }
 
-    /// All that has come.
+    /// The bytes that have come so far.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
         self.bytes.get(..self.length).unwrap_or_default()

@@ -1,7 +1,7 @@
 //! A pin as a byte.
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 
-/// A pin, or none, and one property of it.
+/// A pin and one property of it ([`Self::high`]), or no pin.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[repr(transparent)]
 pub struct PinCode(u8);
@@ -10,8 +10,9 @@ impl PinCode {
     /// No pin.
     pub const NONE: Self = Self(0xFF);
 
-    /// A pin of port A (0) to G (6), 0 to 15. `high`: of an output, that high switches on; of an
-    /// input, that a closed switch makes it high. `None` where there is no such pin.
+    /// Pin `number`, 0 to 15, of a port from A (0) to G (6). For an output, `high` means that a
+    /// high level switches it on. For an input, it means that a closed switch makes the pin high.
+    /// `None` where there is no such pin.
     #[must_use]
     pub const fn new(port: u8, number: u8, high: bool) -> Option<Self> {
         if port < 7 && number < 16 {
@@ -21,7 +22,7 @@ impl PinCode {
         }
     }
 
-    /// Port and number, where there is a pin.
+    /// Port and number; `None` where there is no pin.
     #[must_use]
     #[inline]
     pub const fn pin(self) -> Option<(u8, u8)> {
@@ -31,7 +32,7 @@ impl PinCode {
         }
     }
 
-    /// The property: see [`Self::new`].
+    /// Whether high is on, or closed: see [`Self::new`].
     #[must_use]
     #[inline]
     pub const fn high(self) -> bool {

@@ -1,17 +1,17 @@
-//! Where in the flash a record is.
+//! The place of a record in the flash.
 
-/// Bytes that a record may have. A sector has several places of this size, one after the other.
+/// Bytes of a place for a record. A sector has several places, one after the other.
 pub const SLOT: usize = 2048;
 
-/// Places of a sector, the smallest of which has 16 KiB (RM0090 table 5).
+/// The number of places in a sector. The smallest sector has 16 KiB (RM0090 table 5).
 pub const SLOTS: usize = 8;
 
 /// The most that the firmware may take of the flash, in bytes.
 pub const PROGRAM: u32 = 192 << 10;
 
-/// The sector of the record of an image that begins in sector `start`: number 3, which is small and
-/// which every chip has, or else the one behind the vector table's. The program's code is behind
-/// it.
+/// The sector of the record, for an image that begins in sector `start`. It is sector 3, which is
+/// small and which every chip has. An image that begins in sector 3 or later has it in the sector
+/// behind the vector table. The program's code is behind the record.
 #[must_use]
 pub const fn sector(start: u8) -> u8 {
     if start < 3 {
@@ -21,8 +21,8 @@ pub const fn sector(start: u8) -> u8 {
     }
 }
 
-/// The record in force: the last one in front of empty flash. `first_word` answers the first word
-/// of a place.
+/// The place of the record in force: the last record in front of empty flash. `None` where there is
+/// no record. `first_word` gives the first word of a place.
 #[must_use]
 pub fn slot(first_word: impl Fn(usize) -> u32) -> Option<usize> {
     let used = (0..SLOTS).take_while(|slot| first_word(*slot) != u32::MAX);

@@ -1,4 +1,4 @@
-//! Making a record of its content, and reading it again.
+//! Makes a record from its content, and reads it again.
 use crate::{Content, Head, Record, Setting, Shape, SETTINGS, SLOT};
 use core::fmt;
 use zerocopy::{
@@ -6,16 +6,16 @@ use zerocopy::{
     FromBytes, IntoBytes,
 };
 
-/// `LSBR`.
+/// The first four bytes of a record, `LSBR`, as a little-endian word.
 pub const MAGIC: u32 = u32::from_le_bytes(*b"LSBR");
 
 /// The version of the layout.
 pub const VERSION: u16 = 1;
 
-/// Bytes in front of those that the checksum protects.
+/// The number of bytes at the begin of a record that the checksum does not protect.
 pub const UNPROTECTED: usize = 8;
 
-/// The checksum of whole words, as the chip's CRC unit makes it (RM0090 section 4.3): CRC-32 of
+/// The checksum of whole words, as the chip's CRC unit makes it (RM0090 section 4.3): CRC-32 with
 /// Ethernet's polynomial, the highest bit of a word first. Bytes behind the last whole word do not
 /// count.
 #[must_use]
@@ -28,25 +28,26 @@ pub fn checksum(bytes: &[u8]) -> u32 {
     })
 }
 
-/// Why there is no record in force.
+/// Why a record is not used.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Refusal {
-    /// Nothing is there.
+    /// There is no record.
     Missing,
-    /// It is of another version of the firmware.
+    /// The record has another version of the layout.
     Version,
-    /// It says that it is longer or shorter than it can be.
+    /// The length that the record gives does not fit the number of its settings, or the bytes that
+    /// are there.
     Length,
-    /// A bit is wrong.
+    /// The checksum is wrong: the record is damaged.
     Checksum,
-    /// It is for other axes, motors or kinematics.
+    /// The record is for other axes, motors or kinematics.
     Shape,
-    /// It keeps its settings where the program is.
+    /// The record puts the settings where the program is, or beyond the flash.
     Sectors,
 }
 
 impl Refusal {
-    /// For the operator: what is wrong, and what to do. At most 64 characters.
+    /// The operator's message: what is wrong, and what to do. At most 64 characters.
     #[must_use]
     pub const fn text(self) -> &'static str {
         match self {
@@ -72,8 +73,9 @@ impl core::error::Error for Refusal {}
 pub const FIXED: usize = size_of::<Record>();
 
 impl Record {
-    /// Makes a record of its content and a new machine's settings, in `bytes`; its length. `None`
-    /// where there is no room, or the content counts other settings.
+    /// Makes a record from its content and a new machine's settings, in `bytes`. Returns its length
+    /// in bytes. `None` where there are more settings than [`SETTINGS`], or where
+    /// `content.shape.defaults` is not their number.
     pub fn pack(content: &Content, defaults: &[Setting], bytes: &mut [u8; SLOT]) -> Option<usize> {
         let length = FIXED + size_of_val(defaults);
         let counted = usize::from(content.shape.defaults) == defaults.len();
@@ -97,7 +99,8 @@ impl Record {
         Some(length)
     }
 
-    /// The content of a record that [`Self::read`] has found to be whole: nothing is checked.
+    /// The content of a record. This checks nothing: [`Self::read`] must have found the record
+    /// whole.
     #[must_use]
     pub fn content(bytes: &[u8; SLOT]) -> &Content {
         Self::ref_from_prefix(bytes).map_or(&Content::NONE, |(record, _)| &record.content)
@@ -106,7 +109,7 @@ impl Record {
     /// The record that `bytes` begin with, and its settings.
     ///
     /// # Errors
-    /// It is not whole, or of another version.
+    /// There is no record, or it is damaged, or its layout has another version.
     pub fn read(bytes: &[u8]) -> Result<(&Self, &[Setting]), Refusal> {
         let (record, _) = Self::ref_from_prefix(bytes).map_err(|_| Refusal::Missing)?;
         let head = &record.head;
@@ -132,10 +135,11 @@ impl Record {
 }
 
 impl Content {
-    /// Whether it is for an image of this shape that begins in sector `start`.
+    /// Checks that the content is for an image of this shape that begins in sector `start`. The
+    /// number of settings in `shape` does not count.
     ///
     /// # Errors
-    /// Why not.
+    /// The shape is another, or the sectors of the settings are in the way of the program.
     pub fn fits(&self, shape: Shape, start: u8) -> Result<(), Refusal> {
         let of = |shape: &Shape| [shape.axes, shape.motors, shape.kinematics];
         if of(&self.shape) != of(&shape) {
@@ -148,11 +152,12 @@ impl Content {
     }
 }
 
-/// Whether the sectors of the settings are apart from vector table, record and code: between the
-/// first two, or behind the code.
+/// Whether the two sectors of the settings follow each other, and lie between vector table and
+/// record, or behind the code and within the flash.
 fn are_clear([first, second]: [u8; 2], start: u8) -> bool {
     let record = crate::sector(start);
-    // The code's 192 KiB: what is left of sector 4, and sectors of 128 KiB.
+    // The first sector behind the code's 192 KiB. Behind record sector 3 the code takes sector 4,
+    // of 64 KiB, and sector 5. Behind a later one it takes two sectors of 128 KiB.
     let behind = if record < 4 { 6 } else { record + 3 };
     let between = first > start && second < record;
     first.checked_add(1) == Some(second) && (between || first >= behind && second < 12)

@@ -1,5 +1,5 @@
-//! What makes a board's outputs safe. The first instructions after a reset work it off, before
-//! there is memory to compute in.
+//! The table that makes a board's outputs safe. The first instructions after a reset execute it,
+//! before there is memory to compute in.
 use crate::{Content, Record};
 use core::mem::offset_of;
 use zerocopy::{
@@ -7,10 +7,10 @@ use zerocopy::{
     FromBytes, Immutable, IntoBytes, KnownLayout,
 };
 
-/// Ports that pins of a board can be on: A to G.
+/// The number of ports: A to G.
 pub const PORTS: usize = 7;
 
-/// Where in a record the table is.
+/// The offset of the table in a record, in bytes.
 pub const SAFE: usize = offset_of!(Record, content) + offset_of!(Content, safe);
 
 /// The pins of one port that could do harm.
@@ -28,7 +28,7 @@ pub struct SafePort {
 }
 
 impl SafePort {
-    /// Adds a pin that is to be high or low.
+    /// Adds a pin, and the level at which it is safe.
     fn add(&mut self, number: u8, high: bool) {
         let level = if high {
             1 << number
@@ -66,8 +66,8 @@ impl SafeTable {
         ports: [SafePort::NONE; PORTS],
     };
 
-    /// The table for pins: port, number and safe level of each. Ports are in the order in which
-    /// they come first.
+    /// The table for pins, from port, number and safe level of each. Its ports are in the order of
+    /// their first pins.
     #[must_use]
     pub fn new(pins: impl Iterator<Item = (u8, u8, bool)>) -> Self {
         let (mut ports, mut count) = ([SafePort::NONE; PORTS], 0);

@@ -7,7 +7,8 @@ use crate::{
 };
 use core::arch::global_asm;
 
-/// The pins that could do harm, and the levels at which they do not: power first.
+/// The pins that could do harm, the levels at which they do none, and how many pins they are. The
+/// power pin comes first.
 const PINS: ([Pin; MOST], [bool; MOST], usize) = {
     let (mut pins, mut levels, mut count) = ([PROFILE.power.pin; MOST], [false; MOST], 1);
     let mut motor = 0;
