@@ -14,13 +14,14 @@ pub(super) struct AlignArgs {
     file: PathBuf,
     #[command(flatten)]
     output: OutputArgs,
-    /// A point of the job, mm; two at least.
+    /// A point of the job, mm. Give this option at least twice.
     #[arg(long = "ref", value_name = "X,Y", required = true, allow_hyphen_values = true, value_parser = place)]
     nominal: Vec<Place>,
-    /// Where that point was found, mm; as many, in the same order.
+    /// Where that point was found on the board, mm. Give one for each --ref, in the same order.
     #[arg(long, value_name = "X,Y", required = true, allow_hyphen_values = true, value_parser = place)]
     measured: Vec<Place>,
-    /// Make the job larger or smaller, too, as the points have it.
+    /// Scale the job as well, by the factor that fits the points best. Without this option the job
+    /// is only turned and shifted.
     #[arg(long)]
     scale: bool,
 }

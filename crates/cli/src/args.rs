@@ -34,13 +34,13 @@ pub(super) enum Command {
     Profile(ProfileArgs),
     /// Check G-code files: report every error in them, and likely mistakes; move nothing.
     Check(CheckArgs),
-    /// Be a machine that senders can connect to.
+    /// Run a virtual machine that senders can connect to.
     Serve(ServeArgs),
-    /// Hold a recorded conversation with Grbl again, in virtual time, and print the answers of this
+    /// Replay a recorded conversation with Grbl, in virtual time, and print the answers of this
     /// machine.
     Replay(ReplayArgs),
-    /// Make a job of another machine's file: drill holes, RP code, engraver rows, a printer's
-    /// G-code.
+    /// Convert a file for another machine to a job: drill holes, RP code, engraver rows, a
+    /// printer's G-code.
     #[command(subcommand)]
     Import(ImportCommand),
     /// Turn and shift a job onto a board that lies askew.
@@ -55,20 +55,21 @@ pub(super) enum Command {
     },
     /// Print the manual page: `leadscrew man | man -l -`.
     Man(ManArgs),
-    /// Begin a machine file.
+    /// Begin a machine file, or print how a machine is wired to its board.
     #[command(subcommand)]
     Machine(MachineCommand),
-    /// Boards for the firmware: hold one against its chip, begin a file.
+    /// Boards for the firmware: check a board against its chip, begin a board file, make a board's
+    /// record.
     #[command(subcommand)]
     Board(BoardCommand),
     /// Print the JSON schema of the output of --json, or of a machine file.
     Schema {
-        /// The command.
+        /// The document that the schema describes.
         of: Shape,
     },
 }
 
-/// Commands with a `--json`.
+/// The documents that have a JSON schema.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub(super) enum Shape {
     /// `leadscrew run --json`
@@ -107,7 +108,7 @@ pub(super) struct ProfileArgs {
     /// output.
     #[arg(long, value_name = "FILE")]
     pub(super) csv: Option<PathBuf>,
-    /// With --json: tell how long the machine is at each line.
+    /// With --json: add the time that the machine takes for each line.
     #[arg(long, requires = "json")]
     pub(super) line_times: bool,
     /// Do not run the job again to find faster settings.
@@ -165,8 +166,9 @@ pub(super) struct JobArgs {
     /// as many as the machine's file has.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=8))]
     pub(super) outputs: Option<u8>,
-    /// The nozzle fails at this time after power-up, s. Its sensor: open@40, shorted@40, frozen@40.
-    /// Its relay: stuck@40. Another controller reports a fault: external@40.
+    /// Let the first heater fail S seconds after power-up. HOW is a fault of its sensor (open,
+    /// shorted, frozen) or of its relay (stuck), or a fault that another controller reports
+    /// (external). Example: open@40.
     #[arg(long, value_name = "HOW@S")]
     pub(super) heat_fault: Option<HeatFault>,
     /// Print the outcome as JSON.

@@ -16,7 +16,7 @@ const SMALLEST_SECTOR: usize = 16 << 10;
 pub(super) enum BoardCommand {
     /// List the boards that come with the firmware.
     List,
-    /// Hold boards against their chip: pins, functions, interrupt lines, clock, flash.
+    /// Check boards against their chip: pins, functions, interrupt lines, clock, flash.
     Check(CheckArgs),
     /// Copy a board's file, to be changed.
     New(NewArgs),
@@ -39,7 +39,8 @@ pub(super) struct PackArgs {
     /// Put the record into this image (`NAME.bin`), so that one file is flashed.
     #[arg(long, value_name = "IMAGE")]
     into: Option<PathBuf>,
-    /// Write lines that a sender brings to the firmware, which stores the record by itself.
+    /// Write the record as lines of text. A sender sends them to the firmware, which stores the
+    /// record.
     #[arg(long, conflicts_with = "into")]
     lines: bool,
     /// Write this file, which must not be there yet.
@@ -58,7 +59,7 @@ pub(super) struct CheckArgs {
 /// Options of `board new`.
 #[derive(Args, Debug)]
 pub(super) struct NewArgs {
-    /// The board that comes closest; `leadscrew board list` names them.
+    /// The board to copy, which is most like yours; `leadscrew board list` names them all.
     #[arg(long, value_name = "NAME", default_value = "discovery")]
     like: String,
     /// Write this file, which must not be there yet; without it standard output.

@@ -37,7 +37,7 @@ const DISCOVERY: &str = "discovery";
 /// Options of `machine new`.
 #[derive(Args, Debug)]
 pub(super) struct NewArgs {
-    /// The machine that comes closest.
+    /// The machine to copy, which is most like yours.
     #[arg(long, value_name = "MACHINE", default_value = "router")]
     like: Example,
     /// Write this file, which must not be there yet; without it standard output.

@@ -15,8 +15,9 @@ pub(super) struct ReplayArgs {
     /// The conversation, as JSON. With --judge there may be several, and folders of them.
     #[arg(required = true, value_name = "CASE")]
     cases: Vec<PathBuf>,
-    /// Say whether this machine agrees with the recorded one, in place of printing its answers;
-    /// where not, where it first differs. Exit status 1 where any conversation differs.
+    /// Print whether this machine's answers agree with the recorded ones, in place of the answers.
+    /// If they do not, print where they first differ. The exit status is 1 if any conversation
+    /// differs.
     #[arg(long)]
     judge: bool,
 }

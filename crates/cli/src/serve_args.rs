@@ -14,11 +14,11 @@ use std::path::{Path, PathBuf};
     Example: leadscrew serve --tcp 2323 --ws 8081 --machine examples/machines/router.toml"
 )]
 pub(super) struct ServeArgs {
-    /// A serial port for local programs: makes this link, which senders open. May be repeated. Unix
+    /// Make a serial port for local programs; senders open it by this link. May be repeated. Unix
     /// only.
     #[arg(long, value_name = "LINK")]
     pub(super) pty: Vec<PathBuf>,
-    /// Opening the serial port resets the machine, as it does an Arduino.
+    /// Reset the machine when a program opens the serial port, as an Arduino does.
     #[arg(long, requires = "pty")]
     pub(super) reset_on_open: bool,
     /// A port for raw TCP. May be repeated.
@@ -28,25 +28,25 @@ pub(super) struct ServeArgs {
     #[arg(long, value_name = "ADDRESS", value_parser = address)]
     pub(super) ws: Vec<String>,
     /// A web page that may connect, by its origin (`https://cnc.example`), or a name by which this
-    /// computer is reached (`cnc.local`). May be repeated. Senders that are no web pages need no
-    /// leave.
+    /// computer is reached (`cnc.local`). May be repeated. Senders that are not web pages can
+    /// connect without it.
     #[arg(long, value_name = "ORIGIN|NAME", requires = "ws")]
     pub(super) allow: Vec<String>,
-    /// The end of the page's address, 16 letters and digits or more: the same after a restart.
-    /// Without it a new one is drawn.
+    /// The token at the end of the page's address: 16 to 128 letters, digits, - or _. With this
+    /// option the address is the same after a restart; without it each start makes a new token.
     #[arg(long, value_name = "TEXT", requires = "ws", value_parser = token)]
     pub(super) token: Option<Token>,
     /// The machine, a TOML file; without it a stock Grbl without switches. See examples/machines.
     #[arg(long, value_name = "FILE")]
     pub(super) machine: Option<PathBuf>,
-    /// Where settings survive a restart; without it a file in the user's data directory, one for
-    /// each machine.
+    /// The file that keeps the settings for the next start; without it a file in the user's data
+    /// directory, one for each machine.
     #[arg(long, value_name = "FILE")]
     pub(super) state: Option<PathBuf>,
-    /// Write down the bytes on the lines, with the time.
+    /// Write the bytes on the lines, with their times, to this file.
     #[arg(long, value_name = "FILE")]
     pub(super) log: Option<PathBuf>,
-    /// Simulated seconds in a second.
+    /// How many times faster than real time the machine runs, 0.01 to 1000.
     #[arg(long, value_name = "N", default_value = "1", value_parser = speed)]
     pub(super) speed: f64,
     /// Speed of the lines in bits per second; without it they never wait.

@@ -31,7 +31,8 @@ pub(in super::super) struct DrillArgs {
     /// How fast bits go down; needed where `[drill]` of the machine file has none.
     #[arg(long, value_name = "MM/MIN")]
     feed: Option<Mm>,
-    /// How fast slots and routes are milled; as --feed unless told.
+    /// How fast slots and routes are milled; without it as `[drill]` of the machine file says, or
+    /// else as fast as --feed.
     #[arg(long, value_name = "MM/MIN")]
     mill_feed: Option<Mm>,
     /// The deepest that is drilled or milled in one go.
@@ -40,7 +41,7 @@ pub(in super::super) struct DrillArgs {
     /// Take feeds (F) and speeds (S) of tools from the files where they have them.
     #[arg(long)]
     tool_feeds: bool,
-    /// How fast the spindle turns; as fast as $30 allows unless told.
+    /// How fast the spindle turns; without it as fast as $30 allows.
     #[arg(long, value_name = "RPM")]
     spindle: Option<u32>,
     /// Drill the board from its other side: coordinates of this axis change their sign.
@@ -64,7 +65,8 @@ pub(in super::super) struct DrillArgs {
     /// The unit of the files, where they do not say.
     #[arg(long, value_name = "UNIT")]
     units: Option<UnitsArg>,
-    /// Digits of numbers without a point, such as 2.4, where the files do not say.
+    /// How many digits are in front of and behind the point in numbers that are written without it,
+    /// such as 2.4, where the files do not say.
     #[arg(long, value_name = "DIGITS")]
     format: Option<Digits>,
     /// The zeros that numbers keep, where the files do not say: lz leading, tz trailing.

@@ -24,7 +24,7 @@ pub(super) enum ImportCommand {
 /// Where the job goes.
 #[derive(clap::Args, Debug)]
 pub(super) struct OutputArgs {
-    /// The job; `-` is standard output.
+    /// Write the job to this file; `-` writes to standard output.
     #[arg(long, short, value_name = "JOB.nc", default_value = "-")]
     pub(super) output: PathBuf,
     /// Print nothing but errors.

@@ -26,13 +26,13 @@ pub(in super::super) struct RpArgs {
     /// The line that switches the extruder off.
     #[arg(long, value_name = "LINE", default_value = "M5")]
     off: String,
-    /// Rows are ways from the point before, not places.
+    /// Rows are distances from the point before, not positions.
     #[arg(long)]
     incremental: bool,
     /// Heat the nozzle to this temperature, and wait for it (M104, M109).
     #[arg(long, value_name = "CELSIUS")]
     nozzle: Option<u16>,
-    /// Heat the bed, likewise (M140, M190).
+    /// Heat the bed to this temperature, and wait for it (M140, M190).
     #[arg(long, value_name = "CELSIUS")]
     bed: Option<u16>,
 }
@@ -59,7 +59,7 @@ pub(in super::super) struct RowsArgs {
     /// Speed of the spindle.
     #[arg(long, value_name = "RPM", default_value = "1000")]
     spindle: u32,
-    /// The tool goes down and up between two switches (M3, M5), in place of Z.
+    /// Move the tool down and up between two switches (M3, M5), in place of Z.
     #[arg(long)]
     switches: bool,
 }
@@ -71,7 +71,7 @@ pub(in super::super) struct PrintArgs {
     file: PathBuf,
     #[command(flatten)]
     output: OutputArgs,
-    /// Coordinates of the file at which the tool stands after homing: G92 follows each $H.
+    /// Where the tool stands after homing, in the file's coordinates; G92 sets them after each $H.
     #[arg(long, value_name = "X,Y,Z", value_parser = home, allow_hyphen_values = true)]
     home: Option<[Mm; 3]>,
 }
