@@ -5,7 +5,7 @@
 //! | `cargo fw` | compiled in, from the board's file (`crates/boards`) | `wired` |
 //! | `cargo fw --record` | in the board's record in flash (`crates/record`) | `recorded` |
 //!
-//! Both modules answer the same questions.
+//! The firmware asks both modules for the same items, such as `usart` and `enables`.
 use crate::{
     chip::Bank,
     gpio::{Pin, Pull, Speed},

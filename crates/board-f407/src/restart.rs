@@ -1,5 +1,5 @@
-//! Ways that end the program: first the outputs are made safe, then the reason is noted, then the
-//! chip is reset. The next boot says why.
+//! Events that end the program. The outputs are made safe, the reason is noted, and the chip is
+//! reset. The next boot tells the operator the reason.
 //!
 //! | event | comes as | source |
 //! |---|---|---|

@@ -1,8 +1,8 @@
 //! The independent watchdog (RM0090 chapter 21): resets the chip, and with it all pins, when the
 //! main loop hangs.
 //!
-//! Its clock has between 17 and 47 kHz (data sheet, table 34), which is divided by 4. The reset
-//! comes after [`RELOAD`] + 1 counts:
+//! Its clock of 17 to 47 kHz (data sheet, table 34) is divided by 4. The reset comes after
+//! [`RELOAD`] + 1 counts:
 //!
 //! ```text
 //!   201 × 4 / 17 kHz = 47.3 ms     outputs are safe within 50 ms

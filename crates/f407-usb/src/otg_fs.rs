@@ -1,8 +1,9 @@
 //! A serial device (CDC-ACM) on OTG FS, PA11 and PA12 (RM0090 chapter 34).
 //!
 //! ```text
-//!   host -> packet -> interrupt -> Receiver: realtime bytes picked out, all others queued -> main loop
-//!   host <- packet <- interrupt <- queue of bytes to send                                 <- main loop: Writer
+//!   host -> packet -> interrupt -> Receiver -> main loop
+//!                                  Realtime bytes are picked out, all others are queued.
+//!   host <- packet <- interrupt <- queue of bytes to send <- main loop: Writer
 //! ```
 //!
 //! A packet is always taken, so that a realtime byte never waits behind a full buffer. A sender

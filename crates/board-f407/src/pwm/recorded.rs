@@ -1,5 +1,5 @@
-//! The channel of a board whose pins are in its record. All code that sets power keeps a
-//! [`Channel`], whose registers are looked up already.
+//! The channel of a board whose pins are in its record. Its registers are looked up when a
+//! [`Channel`] is made; code that often sets power keeps one ready.
 use super::{cycles, period, Mode};
 use crate::{
     chip::Timer,

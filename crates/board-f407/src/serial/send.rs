@@ -19,14 +19,14 @@ const AHEAD: usize = match BAUD / 10 * 7 / 10_000 {
     bytes @ 8..128 => bytes as usize,
     128.. => RING,
 };
-/// Bytes in a piece at most: while one goes out, the main loop brings the next.
+/// The most bytes in a piece: while one piece is sent, the main loop brings the next.
 const PIECE: usize = AHEAD / 2;
 
 /// In SRAM: DMA does not reach the core coupled memory.
 static WAITING: [AtomicU8; RING] = [const { AtomicU8::new(0) }; RING];
 /// Bytes written to the ring since power-up, modulo 2³². Written by the main loop.
 static WRITTEN: AtomicUsize = AtomicUsize::new(0);
-/// Bytes sent of them. Written by the interrupt.
+/// The number of these bytes that have been sent, modulo 2³². Written by the interrupt.
 static SENT: AtomicUsize = AtomicUsize::new(0);
 /// Whether the main loop has more bytes than there was room for, and wants to be woken.
 static MORE: AtomicBool = AtomicBool::new(false);
