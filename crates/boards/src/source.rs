@@ -272,7 +272,7 @@ const STACK: &str =
 __stack_top = ORIGIN(CCM) + 16K;
 _stack_end = ORIGIN(CCM);
 /* What the vector table says: bootloaders after ST's template start a program only where this is in SRAM, below 0x20020000.
-   `src/safe_state.rs` goes over to the stack above before anything is pushed. */
+   `src/safe_state/` goes over to the stack above before anything is pushed. */
 _stack_start = ORIGIN(RAM) + LENGTH(RAM) - 8;
 ";
 

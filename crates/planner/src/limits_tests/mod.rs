@@ -338,8 +338,8 @@ fn a_curve_that_ends_at_rest_is_a_curve_up_to_its_last_piece() {
     keeps_its_curves(&program);
 }
 
-/// The first pieces of the arc are taken for the end of the line: with a strong axis along them,
-/// and a weak one across.
+/// The axis along the line is strong, the one across it weak. Where the first pieces of the curve
+/// were taken for the end of the line, the weak axis took more than its acceleration.
 #[test]
 fn a_curve_that_begins_at_a_corner_of_a_line_in_pieces_is_a_curve_from_its_first_piece_on() {
     type Found = ([f64; 2], [f64; 4], [f32; 2], [i64; 2]);
