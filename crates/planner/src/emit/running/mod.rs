@@ -118,23 +118,22 @@ pub(crate) struct Running<const MOTORS: usize> {
     pub(crate) outlook: Option<Outlook>,
 }
 
-impl<const MOTORS: usize> Running<MOTORS> {
-    /// The common values of all segments until [`Self::segment`] fills in the others.
-    const BLANK: Segment<MOTORS> = Segment {
-        line: None,
-        ticks: NonZeroU16::MIN,
-        smoothing: Smoothing::None,
-        motors: MotorMask::ALL,
-        ends_event: true,
-        early: Early::NOT,
-        interval: Interval::ZERO,
-        interval_change: IntervalChange::ZERO,
-        power: Power::OFF,
-        power_change: PowerChange::ZERO,
-        outputs: OutputChange::NONE,
-        at_rest: None,
-    };
+/// The next steps, or a part of one: a [`Segment`] but for what is announced with it. A segment is
+/// long, and each copy of one takes 200 cycles.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    ticks: NonZeroU16,
+    smoothing: Smoothing,
+    motors: MotorMask,
+    ends_event: bool,
+    early: Early,
+    interval: Interval,
+    interval_change: IntervalChange,
+    power: Power,
+    power_change: PowerChange,
+}
 
+impl<const MOTORS: usize> Running<MOTORS> {
     /// Begins `planned` at the squared speed `entry_v2` (mm²/s²); `None` where it has no steps
     /// (never queued).
     pub(crate) fn new<const AXES: usize>(
@@ -274,7 +273,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
 
     /// The next `events` steps at the cruise. Their intervals are even, and known to more than 24
     /// bits so that nothing drifts.
-    fn cruise_piece(&mut self, events: u32, timing: Timing, carry: &mut Carry) -> Segment<MOTORS> {
+    fn cruise_piece(&mut self, events: u32, timing: Timing, carry: &mut Carry) -> Piece {
         let seconds = 1.0 / self.speed;
         self.done += events;
         let steady = self.acceleration * seconds * seconds * seconds < 16.0 * SURPRISE;
@@ -283,20 +282,21 @@ impl<const MOTORS: usize> Running<MOTORS> {
         let (interval, interval_change) =
             carry.round_cruise(self.cruise_interval, smoothing.level(), ticks);
         let (power, power_change) = self.power_at(self.speed, self.speed, ticks);
-        Segment {
+        Piece {
             ticks,
             smoothing,
+            motors: MotorMask::ALL,
+            ends_event: true,
             early: self.early(),
             interval,
             interval_change,
             power,
             power_change,
-            ..Self::BLANK
         }
     }
 
     /// The next `events` steps on a ramp or across its end.
-    fn ramp_piece(&mut self, events: u32, timing: Timing, carry: &mut Carry) -> Segment<MOTORS> {
+    fn ramp_piece(&mut self, events: u32, timing: Timing, carry: &mut Carry) -> Piece {
         let (from, all) = (Place::at(self.done), events as f32);
         let half = if events > 1 { (events / 2) as f32 } else { 0.5 };
         let (first, middle_speed) = self.profile.time_over(from, self.speed, half);
@@ -336,15 +336,16 @@ impl<const MOTORS: usize> Running<MOTORS> {
         } else {
             self.power_at(1.0 / seconds, 1.0 / seconds, ticks)
         };
-        Segment {
+        Piece {
             ticks,
             smoothing,
+            motors: MotorMask::ALL,
+            ends_event: true,
             early: self.early(),
             interval,
             interval_change,
             power,
             power_change,
-            ..Self::BLANK
         }
     }
 
@@ -406,25 +407,30 @@ impl<const MOTORS: usize> Running<MOTORS> {
         if held && self.is_in_last_step() && self.profile.exit_v2() <= 0.0 {
             self.power = power.with_speed();
         }
-        let mut segment = self.piece(timing, carry);
+        let piece = self.piece(timing, carry);
         self.power = power;
         let announce = core::mem::take(&mut self.announce);
-        segment.line = announce.then(|| LineStart::new(self.line, segment.early));
-        segment.outputs = core::mem::take(&mut self.outputs);
-        if self.at_profile_end() && self.profile.exit_v2() <= 0.0 {
-            segment.at_rest = Some(if held {
-                self.power.held()
-            } else {
-                self.power.at_rest()
-            });
+        let rests = self.at_profile_end() && self.profile.exit_v2() <= 0.0;
+        Segment {
+            line: announce.then(|| LineStart::new(self.line, piece.early)),
+            ticks: piece.ticks,
+            smoothing: piece.smoothing,
+            motors: piece.motors,
+            ends_event: piece.ends_event,
+            early: piece.early,
+            interval: piece.interval,
+            interval_change: piece.interval_change,
+            power: piece.power,
+            power_change: piece.power_change,
+            outputs: core::mem::take(&mut self.outputs),
+            at_rest: rests.then(|| match held {
+                true => self.power.held(),
+                false => self.power.at_rest(),
+            }),
         }
-        segment
     }
 
-    /// The next steps, or a part of one. Inlined, so that a segment is copied no more often than it
-    /// must be.
-    #[inline(always)]
-    fn piece(&mut self, timing: Timing, carry: &mut Carry) -> Segment<MOTORS> {
+    fn piece(&mut self, timing: Timing, carry: &mut Carry) -> Piece {
         if self.is_for_parts(timing) {
             if let Some(parts) = self.parts.or_else(|| self.first_part(timing)) {
                 return self.part(parts, timing, carry);

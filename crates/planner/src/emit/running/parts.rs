@@ -27,11 +27,11 @@
 //!   |..........|......|................|...|      spans of a millisecond at most
 //! ```
 
-use super::{Running, Timing};
+use super::{Piece, Running, Timing};
 use crate::emit::fit::{bits, Carry};
 use crate::real::{least, most};
 use core::num::NonZeroU16;
-use leadscrew_stepper::{MotorMask, Segment, Smoothing};
+use leadscrew_stepper::{IntervalChange, MotorMask, Smoothing};
 
 /// A step event is made in parts where its squared speed is less than this many times the
 /// acceleration. At that limit the next step may take 0.9 of its time, and half a sixteenth early
@@ -190,7 +190,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         parts: Parts<MOTORS>,
         timing: Timing,
         carry: &mut Carry,
-    ) -> Segment<MOTORS> {
+    ) -> Piece {
         let next = parts.next(timing.shortest_tick);
         let (motors, end) = next.unwrap_or((parts.left, parts.seconds));
         // So the parts' times add up to the span's exactly.
@@ -209,14 +209,16 @@ impl<const MOTORS: usize> Running<MOTORS> {
         } else {
             self.end_span(&parts);
         }
-        Segment {
+        Piece {
+            ticks: NonZeroU16::MIN,
+            smoothing: Smoothing::None,
             motors,
             ends_event: self.at_step(),
             early: self.early().of_a_part(),
             interval,
+            interval_change: IntervalChange::ZERO,
             power,
             power_change,
-            ..Self::BLANK
         }
     }
 
