@@ -86,21 +86,21 @@ fn of_steps(firmware: &Firmware) -> Result<Vec<Cost>, Failure> {
     Ok(vec![
         cost!(
             STEP_EDGE,
-            "From the timer's compare to the edge of the step pins: the middle one",
+            "From the timer's compare to the edge of the step pins: the median",
             edge
         ),
         cost!(
             POWER_EDGE,
-            "From the timer's compare to the power that changes with a step: the middle one",
+            "From the timer's compare to the power that changes with a step: the median",
             power
         ),
         cost!(
             STEP,
-            "A tick at which three motors step and power changes: the middle one",
+            "A tick at which three motors step and power changes: the median",
             step
         ),
         cost!(STEP_MOST, "The same: the longest", step_most),
-        cost!(LOAD, "A tick that loads a segment: the middle one", load),
+        cost!(LOAD, "A tick that loads a segment: the median", load),
         cost!(
             LOAD_MOST,
             "The same: the longest, the first of a line",
@@ -116,7 +116,7 @@ fn of_steps(firmware: &Firmware) -> Result<Vec<Cost>, Failure> {
             "From the end of a pulse's time to the fall of the step pins: the shortest",
             fall
         ),
-        cost!(PULSE_END, "To end a pulse: the middle one", end),
+        cost!(PULSE_END, "To end a pulse: the median", end),
     ])
 }
 

@@ -386,7 +386,7 @@ pub(crate) const CHECKS: &[Check] = &[
     },
     Check {
         name: "raster",
-        what: "at least 7600 lines of 14 bytes a second",
+        what: "at least 8200 lines of 14 bytes a second",
         subset: false,
         run: raster::raster_lines,
     },
