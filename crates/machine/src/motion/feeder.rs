@@ -31,6 +31,10 @@ const HALF_A_TICK: Duration = Duration::from_ticks(50);
 /// of the next segment. It is more than the time of a `Machine::poll` (0.4 ms).
 const SHORT: Duration = Duration::from_ticks(450);
 
+/// Ticks closer than this leave the main loop little of the time: a tenth of it on the F407. A line
+/// may then take as long as a segment lasts, so that segments come before lines.
+const CROWDED: Duration = Duration::from_ticks(4);
+
 /// [`Segment::duration`] is shorter than the segment by less than this, timer counts. It is the sum
 /// of two products, which are rounded down. One factor of each was rounded down to 2⁻¹⁶ counts, the
 /// other is the number of ticks, or of pairs of ticks. A segment of 0.95 ms has at most 500 ticks,
@@ -58,6 +62,8 @@ pub(crate) struct Feeder<'a, const MOTORS: usize> {
     bounds: Bounds,
     /// The part of the segment under way that was over at the last look, timer counts.
     over: u32,
+    /// Whether the ticks of the newest segment are closer than [`CROWDED`].
+    is_crowded: bool,
 }
 
 /// The bounds of what is handed over.
@@ -71,6 +77,8 @@ struct Bounds {
     /// [`SHORT`], timer counts: when only this is left, the next segment is asked for at the
     /// latest.
     short: u32,
+    /// [`CROWDED`], timer counts.
+    crowded: u32,
 }
 
 impl Bounds {
@@ -89,6 +97,7 @@ impl Bounds {
             committed: (most - longest_us) * counts_per_us,
             waiting: (all - longest_us) * counts_per_us,
             short: SHORT.ticks() as u32 * counts_per_us,
+            crowded: CROWDED.ticks() as u32 * counts_per_us,
         }
     }
 }
@@ -131,6 +140,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
             counts_per_us,
             bounds: Bounds::new(0, counts_per_us),
             over: 0,
+            is_crowded: false,
         }
     }
 
@@ -173,14 +183,20 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
     }
 
     /// Whether motion is about to run dry: less than [`SHORT`] is left, at which the main loop
-    /// asked to be woken, so the main loop is late.
+    /// asked to be woken, so the main loop is late. Where ticks are [`CROWDED`], there is room for a
+    /// segment.
     pub(crate) fn is_short(&self) -> bool {
-        self.shared.is_running() && self.left() < self.bounds.short
+        let least = match self.is_crowded {
+            true => self.bounds.committed,
+            false => self.bounds.short,
+        };
+        self.shared.is_running() && self.left() < least
     }
 
     /// Commits a segment; [`Feeder::has_room`] said yes.
     pub(crate) fn push(&mut self, segment: Segment<MOTORS>) {
         let duration = segment.duration();
+        self.is_crowded = segment.interval < self.bounds.crowded;
         if self.segments.enqueue(segment).is_ok() && self.durations.push_back(duration).is_ok() {
             self.committed = self.committed.saturating_add(duration);
         }
@@ -341,8 +357,26 @@ mod tests {
         consumer.dequeue();
         assert!(!is_short(&mut feeder, at(550)));
         assert!(is_short(&mut feeder, at(551)));
-        feeder.push(segment(84, 100, 0.0)); // 0.1 ms more
+        feeder.push(segment(25, 336, 0.0)); // 0.1 ms more
         assert!(!is_short(&mut feeder, at(600)));
+    }
+
+    #[test]
+    fn motion_is_short_where_ticks_are_crowded_and_another_segment_has_room() {
+        let mut queue = SegmentQueue::<1>::new();
+        let (sender, mut consumer) = queue.split();
+        let shared = Shared::new();
+        let mut feeder = Feeder::new(sender.ready, &shared, 84_000_000);
+        let at = Instant::from_ticks;
+        feeder.push(segment(335, 238, 0.0)); // 353 000 ticks/s, 0.95 ms
+        feeder.push(segment(335, 238, 0.0));
+        shared.set_running();
+        consumer.dequeue();
+        assert!(!is_short(&mut feeder, at(940)));
+        consumer.dequeue();
+        assert!(is_short(&mut feeder, at(960)));
+        feeder.push(segment(250, 336, 0.0)); // 250 000 ticks/s, 1 ms
+        assert!(!is_short(&mut feeder, at(1300)));
     }
 
     #[test]
