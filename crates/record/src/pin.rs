@@ -24,7 +24,6 @@ impl PinCode {
 
     /// Port and number; `None` where there is no pin.
     #[must_use]
-    #[inline]
     pub const fn pin(self) -> Option<(u8, u8)> {
         match self.0 >> 4 & 7 {
             7 => None,
@@ -34,7 +33,6 @@ impl PinCode {
 
     /// Whether high is on, or closed: see [`Self::new`].
     #[must_use]
-    #[inline]
     pub const fn high(self) -> bool {
         self.0 >> 7 == 1
     }

@@ -48,7 +48,6 @@ impl Defaults {
 }
 
 /// A board whose pins are compiled in needs no record, so there is no reason to refuse. Start-up.
-#[inline(always)]
 pub(crate) fn find(_: &mut Defaults) -> Option<&'static str> {
     None
 }
@@ -133,49 +132,41 @@ impl MotorPins {
 }
 
 /// For the log.
-#[inline(always)]
 pub(crate) fn name() -> &'static str {
     PROFILE.name
 }
 
 /// Frequency of the crystal in Hz.
-#[inline(always)]
 pub(crate) fn crystal_hz() -> u32 {
     PROFILE.crystal_hz
 }
 
 /// The two sectors of the settings.
-#[inline(always)]
 pub(crate) fn settings_sectors() -> (Sector, Sector) {
     selected::SETTINGS_SECTORS
 }
 
 /// The USART of the serial line.
-#[inline(always)]
 pub(crate) fn usart() -> Usart {
     PROFILE.serial.usart
 }
 
 /// The pins of the serial line, out and in.
-#[inline(always)]
 pub(crate) fn serial_pins() -> (Pin, Pin) {
     (PROFILE.serial.transmit, PROFILE.serial.receive)
 }
 
 /// The pins that enable the motors.
-#[inline(always)]
 pub(crate) fn enables() -> impl Iterator<Item = Pin> {
     PROFILE.enables.iter().copied()
 }
 
 /// Spindle on, and counter-clockwise.
-#[inline(always)]
 pub(crate) fn spindle() -> [Option<Output>; 2] {
     [PROFILE.spindle, PROFILE.spindle_reverse]
 }
 
 /// Flood and mist.
-#[inline(always)]
 pub(crate) fn coolant() -> [Option<Output>; 2] {
     [PROFILE.flood, PROFILE.mist]
 }

@@ -44,18 +44,15 @@ impl Channel {
         cycles(timer, profile::power_hz())
     }
 
-    #[inline(always)]
     pub(super) fn compare(&self) -> &'static tim1::CCR {
         self.registers.compare
     }
 
-    #[inline(always)]
     pub(super) fn scale(&self) -> PowerScale {
         self.scale
     }
 
     /// Puts a mode into effect.
-    #[inline(always)]
     pub(super) fn begin(&self, mode: Mode) {
         self.registers.modes.put((mode as u32) << self.shift);
     }

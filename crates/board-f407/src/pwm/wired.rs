@@ -45,19 +45,16 @@ impl Channel {
         CYCLES
     }
 
-    #[inline(always)]
     pub(super) fn compare(&self) -> &'static tim1::CCR {
         power_timer(OUTPUT.timer).ccr(CHANNEL)
     }
 
-    #[inline(always)]
     pub(super) const fn scale(&self) -> PowerScale {
         const SCALE: PowerScale = PowerScale::new(period(CYCLES));
         SCALE
     }
 
     /// Puts a mode into effect: two channels a register, of which the other is not in use.
-    #[inline(always)]
     pub(super) fn begin(&self, mode: Mode) {
         let bits = (mode as u32) << (8 * (CHANNEL % 2) + 4);
         let timer = power_timer(OUTPUT.timer);

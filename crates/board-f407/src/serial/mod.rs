@@ -33,7 +33,6 @@ const FUNCTION: u8 = 7;
 
 /// The USART of the line.
 #[cfg(not(record))]
-#[inline(always)]
 fn line() -> Usart {
     profile::usart()
 }
@@ -44,7 +43,6 @@ static ON_USART1: AtomicBool = AtomicBool::new(false);
 
 /// The USART of the line.
 #[cfg(record)]
-#[inline(always)]
 fn line() -> Usart {
     match ON_USART1.load(Relaxed) {
         true => Usart::Usart1,

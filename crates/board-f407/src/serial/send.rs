@@ -32,7 +32,6 @@ static SENT: AtomicUsize = AtomicUsize::new(0);
 static MORE: AtomicBool = AtomicBool::new(false);
 
 /// The stream that sends: of DMA1 for USART2, of DMA2 for USART1 (RM0090 tables 43 and 44).
-#[inline(always)]
 fn stream() -> Stream {
     match line() {
         Usart::Usart1 => Stream(7),
@@ -41,7 +40,6 @@ fn stream() -> Stream {
 }
 
 /// The interrupt at the end of a piece. [`Writer`] pends it when there is something to send.
-#[inline(always)]
 fn interrupt() -> Interrupt {
     match line() {
         Usart::Usart1 => Interrupt::DMA2_STREAM7,
