@@ -31,7 +31,8 @@ impl Bank {
         }
     }
 
-    /// The offset of its registers from those of port A, in bytes (RM0090 section 2.3).
+    /// The distance of the port's registers from the registers of port A, in bytes (RM0090 section
+    /// 2.3).
     pub(crate) const fn offset(self) -> u32 {
         0x400 * self as u32
     }

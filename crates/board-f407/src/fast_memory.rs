@@ -10,7 +10,7 @@
 //!
 //! Code is fetched over the instruction bus below 0x20000000 only, and SRAM1 is there once SYSCFG
 //! says so (RM0090 sections 2.3.1 and 9.2.1). Data that a tick reads must not be in SRAM1 as well:
-//! fetch and data would wait for each other. `memory/fast.x` says what goes where. `cargo xtask
+//! fetch and data would wait for each other. `memory/fast.x` places code and data. `cargo xtask
 //! thumb` fails where a step interrupt reaches code in the flash.
 #![allow(unsafe_code)] // memory that the linker has laid out
 use core::ptr::{addr_of, addr_of_mut};

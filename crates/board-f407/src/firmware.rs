@@ -146,7 +146,7 @@ mod app {
         };
         let machine = cx.local.place.write(machine);
         let mut store = Sectors::new(device.FLASH);
-        // Without a record it is not known which sectors are those of the settings.
+        // The record names the sectors of the settings.
         if refusal.is_none() {
             load_settings(machine, &mut store);
         }

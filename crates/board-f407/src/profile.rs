@@ -1,4 +1,4 @@
-//! The parts of a board, where they come from, and what no board chooses.
+//! The pins of a board: compiled in, or read from its record. And the values that all boards share.
 //!
 //! | image | pins | module |
 //! |---|---|---|

@@ -73,7 +73,7 @@ impl Harmless for dma2::lifcr::LIFCRrs {}
 pub(crate) trait Word<S: RegisterSpec> {
     /// Writes all bits.
     fn put(&self, bits: S::Ux);
-    /// Reads all bits, and writes what `change` makes of them.
+    /// Reads all bits, applies `change`, and writes the result.
     fn change(&self, change: impl FnOnce(S::Ux) -> S::Ux)
     where
         S: Readable;
@@ -101,9 +101,9 @@ pub(crate) fn port(bank: Bank) -> &'static gpioi::RegisterBlock {
     unsafe { &*(address as *const gpioi::RegisterBlock) }
 }
 
-/// A port in a table that is filled at start-up; port A until then. It is stored as the offset of
-/// its registers from those of port A. So zeroed memory is a valid port, and a tick has nothing to
-/// check.
+/// A port in a table that is filled at start-up; port A until then. The value is the distance of
+/// the port's registers from the registers of port A. So zeroed memory is a valid port, and a tick
+/// has nothing to check.
 #[cfg(record)]
 pub(crate) struct AnyPort(AtomicU32);
 
@@ -136,8 +136,8 @@ pub(crate) fn power_timer(timer: Timer) -> &'static tim1::RegisterBlock {
     unsafe { &*(address as *const tim1::RegisterBlock) }
 }
 
-/// The registers of the power's channel: its compare value, and its mode. The register of the mode
-/// has that of another channel as well, which is not in use.
+/// The registers of the power's channel: its compare value, and its mode. The mode register also
+/// holds the mode of a second channel, which is not in use.
 #[cfg(record)]
 pub(crate) struct PowerRegisters {
     pub(crate) compare: &'static tim1::CCR,
@@ -251,7 +251,7 @@ impl Data for usart1::dr::DRrs {}
 impl Data for tim2::ccr::CCRrs {}
 
 /// Points a stream at a peripheral's register and at static memory, with a transfer for each item.
-/// The stream has to be off, and its items have to be as wide as those of the memory. No transfer
+/// The stream has to be off, and its item size has to be the item size of the memory. No transfer
 /// begins yet.
 pub(crate) fn aim<T: Shared, S: Data>(stream: &dma2::ST, data: &Reg<S>, memory: &'static [T]) {
     // SAFETY: two addresses that are valid for ever; `NDTR` keeps the stream within the memory.

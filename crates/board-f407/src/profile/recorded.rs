@@ -2,7 +2,7 @@
 //!
 //! The record is checked once, at start-up. A pin is decoded each time it is asked for. The tables
 //! of the interrupts are filled from here before the interrupts use them. Without a record the
-//! board has no pins but those of a serial line.
+//! board has only the two pins of a serial line.
 use super::number;
 use crate::{
     chip::{Bank, Timer, Usart},
@@ -35,8 +35,8 @@ pub(crate) type Defaults = Vec<Entry, SETTINGS>;
 /// The place of the record in force, counted from 1; 0: there is none.
 static IN_FORCE: AtomicU8 = AtomicU8::new(0);
 
-/// Looks for the record, and adds its settings to `defaults`. Returns what is wrong where no record
-/// is in force. Start-up, before anything else asks for a pin.
+/// Looks for the record, and adds its settings to `defaults`. Returns the fault if no record is in
+/// force. Start-up, before anything else asks for a pin.
 pub(crate) fn find(defaults: &mut Defaults) -> Option<&'static str> {
     match look_for(defaults) {
         Ok(place) => {
@@ -139,8 +139,8 @@ pub(crate) fn settings_sectors() -> (Sector, Sector) {
 }
 
 /// Whether the image has the flash to itself, with no bootloader in front. Without a record this
-/// decides which serial line to use: that of the Discovery, or behind a bootloader that of printer
-/// boards. On the latter ST's own bootloader listens as well.
+/// decides the serial line. An image alone uses the Discovery's line. An image behind a bootloader
+/// uses the line of printer boards, on which ST's own bootloader listens as well.
 fn is_alone() -> bool {
     Sector::at(fast_memory::start()).0 == 0
 }

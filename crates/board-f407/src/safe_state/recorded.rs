@@ -12,7 +12,7 @@ use crate::{
 use core::arch::global_asm;
 use leadscrew_record::{FIXED, LONGEST, MAGIC, PORTS, SAFE, SLOT, SLOTS, UNPROTECTED, VERSION};
 
-/// The changes at reset besides those of the pins, in this order.
+/// The changes of registers at reset, in this order. The changes of the pins are in the record.
 static AT_RESET: [Store; FRESH.len()] = FRESH;
 
 /// Makes the pins safe. Any context.
@@ -120,7 +120,7 @@ global_asm!(
     "orrs r6, r2",
     "str r6, [r5, #8]",
     "b 4b",
-    // What a bootloader may have left running.
+    // This ends everything that a bootloader may have left running.
     "7: ldr r0, ={stores}",
     "movs r5, #{count}",
     "8: ldm r0!, {{r1, r2, r3}}",
