@@ -31,8 +31,8 @@ const HALF_A_TICK: Duration = Duration::from_ticks(50);
 /// of the next segment. It is more than the time of a `Machine::poll` (0.4 ms).
 const SHORT: Duration = Duration::from_ticks(450);
 
-/// Ticks closer than this leave the main loop little of the time: a tenth of it on the F407. A line
-/// may then take as long as a segment lasts, so that segments come before lines.
+/// Ticks closer than this leave the main loop little of the time. On the F407 with a tick every 2.7
+/// µs it is a tenth. A line may then take as long as a segment lasts, so segments come before lines.
 const CROWDED: Duration = Duration::from_ticks(4);
 
 /// [`Segment::duration`] is shorter than the segment by less than this, timer counts. It is the sum

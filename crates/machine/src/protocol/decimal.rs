@@ -75,7 +75,8 @@ impl Decimal {
 }
 
 impl fmt::Display for Decimal {
-    /// Digit by digit, the last one first: `{}` would take twice as many instructions.
+    /// Digit by digit, the last one first. With `{}` the longest poll that sends a list takes 800
+    /// instructions more (`cargo xtask icount`).
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut text = [0; Self::MAX_LENGTH];
         let mut from = text.len();
