@@ -36,11 +36,13 @@ impl Table {
     }
 
     /// Puts the words for `motors` on the ports.
+    #[inline(always)] // with `put`: the step interrupt reaches no code in the flash (`cargo xtask thumb`)
     fn write(&self, motors: MotorMask) {
         // Within the table: bits beyond the motors are masked off, and the compiler sees it.
         self.put(&self.words[usize::from(motors.bits()) % SETS]);
     }
 
+    #[inline(always)]
     fn put(&self, words: &Words) {
         let count = self.count.load(Relaxed);
         for ((port, word), place) in self.ports.iter().zip(words).zip(1..) {
@@ -129,19 +131,23 @@ pub(super) fn fill(steps: MotorMask, directions: MotorMask) {
 }
 
 /// Puts the step pins of these motors to the level of a pulse.
+#[inline(always)]
 pub(super) fn step(motors: MotorMask) {
     TABLES.steps.write(motors);
 }
 
 /// Puts out the directions of all motors.
+#[inline(always)]
 pub(super) fn set_direction(negative: MotorMask) {
     TABLES.directions.write(negative);
 }
 
 /// Puts all step pins to the level between pulses.
+#[inline(always)]
 pub(super) fn end_pulse() {
     TABLES.steps.put(&TABLES.pulse_end);
 }
 
 /// Does nothing: M62 to M65 need a machine's file, and a board with a record has none.
+#[inline(always)]
 pub(super) fn change_outputs(_: OutputChange) {}

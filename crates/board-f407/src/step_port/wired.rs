@@ -45,6 +45,7 @@ impl<const BANKS: usize> Words<BANKS> {
     }
 
     /// Puts the words for `motors` on the ports.
+    #[inline(always)]
     fn write(&self, banks: &[Bank; MOTORS], motors: MotorMask) {
         // Within the table: bits beyond the motors are masked off, and the compiler sees it.
         let words = &self.0[usize::from(motors.bits()) % SETS];
@@ -111,16 +112,19 @@ pub(super) fn fill(steps: MotorMask, directions: MotorMask) {
 }
 
 /// Puts the step pins of these motors to the level of a pulse.
+#[inline(always)]
 pub(super) fn step(motors: MotorMask) {
     STEPS.write(&STEP_BANKS.0, motors);
 }
 
 /// Puts out the directions of all motors.
+#[inline(always)]
 pub(super) fn set_direction(negative: MotorMask) {
     DIRECTIONS.write(&DIRECTION_BANKS.0, negative);
 }
 
 /// Puts all step pins to the level between pulses.
+#[inline(always)]
 pub(super) fn end_pulse() {
     for (bank, word) in STEP_BANKS.0.iter().zip(&PULSE_END) {
         bank.write(word.load(Relaxed));

@@ -32,7 +32,7 @@ const HALF_A_TICK: Duration = Duration::from_ticks(50);
 const SHORT: Duration = Duration::from_ticks(450);
 
 /// Ticks closer than this leave the main loop little of the time. On the F407 with a tick every 2.7
-/// µs it is a tenth. A line may then take as long as a segment lasts, so segments come before lines.
+/// µs it is a tenth. A line may then take as long as a segment lasts, so segments come first.
 const CROWDED: Duration = Duration::from_ticks(4);
 
 /// [`Segment::duration`] is shorter than the segment by less than this, timer counts. It is the sum
