@@ -32,7 +32,8 @@ const HALF_A_TICK: Duration = Duration::from_ticks(50);
 const SHORT: Duration = Duration::from_ticks(450);
 
 /// Ticks closer than this leave the main loop little of the time. On the F407 with a tick every 2.7
-/// µs it is a tenth. A line may then take as long as a segment lasts, so segments come first.
+/// µs it is two fifths. A line may then take as long as a segment lasts, so segments come first, as
+/// soon as there is room for them.
 const CROWDED: Duration = Duration::from_ticks(4);
 
 /// [`Segment::duration`] is shorter than the segment by less than this, timer counts. It is the sum
@@ -166,15 +167,13 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
     }
 
     /// When there is to be another segment. Where there is no room for one now: when the committed
-    /// motion has come down to [`SHORT`], if the step interrupt takes no segment before. A waiting
-    /// segment may be short, and the next must be there before it is over. That is later than the
-    /// time at which there is room: committed motion can no longer be changed, so no more is
-    /// committed than is needed.
+    /// motion has come down to [`Feeder::least`], if the step interrupt takes no segment before. A
+    /// waiting segment may be short, and the next must be there before it is over.
     pub(crate) fn hunger(&self, now: Instant) -> Hunger {
         if self.has_room() {
             Hunger::Now
         } else if self.shared.is_running() && self.segments.ready() {
-            let spare = self.left().saturating_sub(self.bounds.short);
+            let spare = self.left().saturating_sub(self.least());
             let wait = spare.div_ceil(self.counts_per_us);
             Hunger::At(now + Duration::from_ticks(wait.into()))
         } else {
@@ -182,15 +181,21 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         }
     }
 
-    /// Whether motion is about to run dry: less than [`SHORT`] is left, at which the main loop
-    /// asked to be woken, so the main loop is late. Where ticks are [`CROWDED`], there is room for a
-    /// segment.
+    /// Whether motion is about to run dry: less than [`Feeder::least`] is left, at which the main
+    /// loop asked to be woken. So the main loop is late.
     pub(crate) fn is_short(&self) -> bool {
-        let least = match self.is_crowded {
+        self.shared.is_running() && self.left() < self.least()
+    }
+
+    /// With less than this left there is to be another segment, timer counts: [`SHORT`]. That is
+    /// later than the time at which there is room. Committed motion can no longer be changed, so no
+    /// more is committed than is needed. Where ticks are [`CROWDED`], a segment takes long to make,
+    /// and all of the time is needed.
+    fn least(&self) -> u32 {
+        match self.is_crowded {
             true => self.bounds.committed,
             false => self.bounds.short,
-        };
-        self.shared.is_running() && self.left() < least
+        }
     }
 
     /// Commits a segment; [`Feeder::has_room`] said yes.
@@ -372,7 +377,8 @@ mod tests {
         feeder.push(segment(335, 238, 0.0));
         shared.set_running();
         consumer.dequeue();
-        assert!(!is_short(&mut feeder, at(940)));
+        assert!(!is_short(&mut feeder, at(900)));
+        assert_eq!(hunger(&mut feeder, at(900)), Hunger::At(at(949)));
         consumer.dequeue();
         assert!(is_short(&mut feeder, at(960)));
         feeder.push(segment(250, 336, 0.0)); // 250 000 ticks/s, 1 ms
@@ -390,7 +396,7 @@ mod tests {
         assert_eq!(hunger(&mut feeder, at(0)), Hunger::None, "at rest");
         shared.set_running();
         consumer.dequeue(); // 1 ms under way
-        feeder.push(segment(84, 100, 0.0)); // 0.1 ms waits
+        feeder.push(segment(25, 336, 0.0)); // 0.1 ms waits
         assert_eq!(hunger(&mut feeder, at(0)), Hunger::At(at(650)));
         assert!(has_room(&mut feeder, at(650)));
     }

@@ -23,8 +23,8 @@
 //! ```
 //!
 //! From rest at the end of the last move the speeds are found block by block, as far as they have
-//! changed. For the moves before the second block after the running move they are found move by
-//! move, with all of the polygon. Whatever is added makes them greater: what was promised stays.
+//! changed. For the moves right after the running one they are found move by move, with all of the
+//! polygon. Whatever is added makes them greater: what was promised stays.
 //!
 //! The last move is *open*: the move after it is not known yet. The moves of a curve wait in the
 //! window (see `window`) until their curvature is known.
@@ -47,6 +47,11 @@ use heapless::deque::DequeView;
 /// Blocks of a [`Queue`](crate::Queue) that says no other number: enough for 1024 moves in blocks
 /// of sixteen.
 pub const USUAL_BLOCKS: usize = 128;
+
+/// The speeds of this many moves, or of up to a block more, are found move by move. With 4, dense
+/// curves take 0.02 % longer; with 8, no longer than with 16. Each takes some 1200 cycles of a
+/// Cortex-M4F, in one call, while motion goes on.
+const EXACT: usize = 8;
 
 /// Moves in the largest block there can be, as a power of two.
 const MOST_BITS: u32 = 6;
@@ -288,11 +293,12 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         self.found = self.number(open);
     }
 
-    /// The move up to which speeds are found move by move: the first one of the second block after
-    /// the next move, or the open one.
+    /// The move up to which speeds are found move by move: the first one of a block, [`EXACT`] moves
+    /// after the next one or more, or the open one.
     fn near_end(&self, next: usize, open: usize) -> usize {
-        let into = usize::from(self.number(next) & self.mask());
-        (next + (2 << self.block_bits) - into).min(open)
+        let least = next + EXACT - 1;
+        let into = usize::from(self.number(least) & self.mask());
+        (least + (1 << self.block_bits) - into).min(open)
     }
 
     /// The speed at the start of the move `near`, from the speed of the open move, block by block.

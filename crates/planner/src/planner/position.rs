@@ -40,8 +40,7 @@ where
         Some(steps)
     }
 
-    /// Where the axes stand where the motors stand at `steps`. Not for the path of a line: 128-bit
-    /// divisions.
+    /// Where the axes stand where the motors stand at `steps`.
     pub fn axes_at(&self, steps: &[i32; MOTORS]) -> [Coordinate; AXES] {
         let mut motors = [Coordinate::ZERO; MOTORS];
         for ((motor, steps), scale) in motors.iter_mut().zip(steps).zip(self.scales.steps_per_mm) {

@@ -86,13 +86,15 @@ const EVEN_BITS: u32 = 18;
 const TOO_MUCH: u64 = (1 << 27) - 1;
 /// Half a step, in 10⁻¹⁸ steps.
 const HALF: u128 = 500_000_000_000_000_000;
-/// A step, in 10⁻¹⁸ steps.
-const STEP: i64 = 1_000_000_000_000_000_000;
+/// The greatest scale, 10⁻⁹ steps/mm: a thousand times as much has 64 bits.
+const GREATEST: u64 = (1 << 54) - 1;
 
 impl StepsPerMm {
-    /// Makes a scale from a number of 10⁻⁹ steps/mm; its sign is dropped.
+    /// Makes a scale from a number of 10⁻⁹ steps/mm; its sign is dropped. A scale of more than 18
+    /// million steps/mm is beyond every machine, and becomes the greatest one.
     pub const fn from_nanos(nanos: i64) -> Self {
-        Self(nanos.unsigned_abs())
+        let nanos = nanos.unsigned_abs();
+        Self(if nanos > GREATEST { GREATEST } else { nanos })
     }
 
     /// The scale as a number of 10⁻⁹ steps/mm.
@@ -122,18 +124,25 @@ impl StepsPerMm {
 
     /// The coordinate nearest to `steps`; the origin where the scale is 0.
     ///
-    /// Not for the path of a line: a 128-bit division. Not inlined: it is a kilobyte, and there are
-    /// as many calls as motors.
-    #[inline(never)]
+    /// A long division in base 1000. Its first quotient has nine of the 18 decimals of 10¹⁸. Each
+    /// remainder is less than the scale, below 2⁵⁴, so that its thousandfold has 64 bits.
+    #[inline(never)] // for a report, and there are as many calls as motors
     pub fn coordinate(self, steps: i32) -> Coordinate {
-        let scale = i128::from(self.0);
-        let Some(twice) = (i128::from(steps) * i128::from(STEP) * 2).checked_div(scale) else {
+        if self.0 == 0 {
             return Coordinate::ZERO;
-        };
-        let nearest = (twice + i128::from(steps.signum())) / 2;
-        let limits = i128::from(i64::MIN)..=i128::from(i64::MAX);
-        let clamped = nearest.clamp(*limits.start(), *limits.end());
-        Coordinate(clamped as i64)
+        }
+        let dividend = u64::from(steps.unsigned_abs()) * NANOS_PER_MM as u64;
+        let (mut quotient, mut remainder) = (dividend / self.0, dividend % self.0);
+        for _ in 0..3 {
+            let further = remainder * 1000;
+            quotient = quotient
+                .saturating_mul(1000)
+                .saturating_add(further / self.0);
+            remainder = further % self.0;
+        }
+        let nearest = quotient.saturating_add(u64::from(remainder >= self.0 - remainder));
+        let nanos = i64::try_from(nearest).unwrap_or(i64::MAX);
+        Coordinate(if steps < 0 { -nanos } else { nanos })
     }
 }
 
@@ -207,7 +216,26 @@ mod tests {
         assert_eq!(Coordinate::from_mm(f32::NAN), Coordinate::ZERO);
     }
 
+    /// The nearest coordinate by the book, in 128-bit integers.
+    fn coordinate_by_the_book(steps: i32, scale: i64) -> i64 {
+        let twice = 4 * HALF * u128::from(steps.unsigned_abs()) / u128::from(scale.unsigned_abs());
+        let nearest = i64::try_from(twice.div_ceil(2)).unwrap_or(i64::MAX);
+        nearest * i64::from(steps.signum())
+    }
+
     proptest! {
+        #[test]
+        fn a_coordinate_is_the_nearest_one(steps: i32, scale in 1i64..1 << 54) {
+            let coordinate = StepsPerMm::from_nanos(scale).coordinate(steps);
+            prop_assert_eq!(coordinate.nanos(), coordinate_by_the_book(steps, scale));
+        }
+
+        #[test]
+        fn a_coordinate_of_a_machine_is_the_nearest_one(steps in -100_000_000i32..100_000_000, scale in NANOS_PER_MM / 100..20_000 * NANOS_PER_MM) {
+            let coordinate = StepsPerMm::from_nanos(scale).coordinate(steps);
+            prop_assert_eq!(coordinate.nanos(), coordinate_by_the_book(steps, scale));
+        }
+
         #[test]
         fn steps_agree_with_rational_arithmetic(nanos in any::<i64>(), scale in 0i64..20_000 * NANOS_PER_MM) {
             prop_assert_eq!(StepsPerMm::from_nanos(scale).steps(Coordinate(nanos)), by_the_book(nanos, scale));
