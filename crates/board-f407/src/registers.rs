@@ -1,4 +1,5 @@
-//! Registers as whole words, and peripherals that are reached from several places.
+//! Registers as whole words, peripherals that are reached from several places, and the flash by
+//! address.
 //!
 //! `stm32f4` makes two things unsafe. One is to write a register as a word: some registers start a
 //! transfer into memory. The other is to use a peripheral without owning its value. The registers
@@ -6,7 +7,10 @@
 //! other files need no unsafe code for them.
 #![allow(unsafe_code)]
 use crate::chip::{Bank, Timer, Usart};
-use core::sync::atomic::{AtomicU16, AtomicU8};
+use core::{
+    ops::Range,
+    sync::atomic::{AtomicU16, AtomicU8},
+};
 use stm32f4::{
     stm32f407::{
         dma2, exti, flash, gpioi, iwdg, syscfg, tim1, tim11, tim2, tim5, usart1, DMA1, DMA2, FLASH,
@@ -202,6 +206,29 @@ pub(crate) fn converters() -> &'static adc_common::RegisterBlock {
 pub(crate) fn flash() -> &'static flash::RegisterBlock {
     // SAFETY: as `Harmless` says of its control register.
     unsafe { &*FLASH::ptr() }
+}
+
+/// The addresses of the flash: 1 MiB (RM0090 table 5).
+const FLASH_MEMORY: Range<usize> = 0x0800_0000..0x0810_0000;
+
+/// Gives the flash's controller a word to program, at an address that is a multiple of 4. The
+/// controller refuses what it was not set up for.
+pub(crate) fn store_in_flash(address: usize, word: u32) {
+    if FLASH_MEMORY.contains(&address) && address.is_multiple_of(4) {
+        // SAFETY: a word of the flash. Whoever reads what a write may change uses `flash_byte`.
+        unsafe { (address as *mut u32).write_volatile(word) };
+    }
+}
+
+/// The byte of the flash at an address; as in an empty flash where there is none. Volatile, since a
+/// write changes it unseen.
+pub(crate) fn flash_byte(address: usize) -> u8 {
+    if FLASH_MEMORY.contains(&address) {
+        // SAFETY: a byte of the flash.
+        unsafe { (address as *const u8).read_volatile() }
+    } else {
+        0xFF
+    }
 }
 
 /// The independent watchdog.

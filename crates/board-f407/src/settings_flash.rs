@@ -94,12 +94,7 @@ pub(crate) fn program(start: usize, bytes: &[u8]) -> Result<(), FlashError> {
                 .iter()
                 .rev()
                 .fold(0, |all, byte| all << 8 | u32::from(*byte));
-            // SAFETY: a word of the sector, erased before; the controller takes one word at a
-            // time.
-            #[allow(unsafe_code)]
-            unsafe {
-                (place as *mut u32).write_volatile(word);
-            }
+            registers::store_in_flash(place, word);
             while flash.sr().read().bsy().bit_is_set() {}
         }
     })
@@ -134,12 +129,7 @@ impl SettingsStore for Sectors {
     fn read(&mut self, area: Area, offset: usize, bytes: &mut [u8]) -> Result<(), FlashError> {
         let start = address(area, offset, bytes.len())?;
         for (byte, address) in bytes.iter_mut().zip(start..) {
-            // SAFETY: `address` made sure that all of it is in the sector; volatile, since a write
-            // changes it unseen.
-            #[allow(unsafe_code)]
-            unsafe {
-                *byte = (address as *const u8).read_volatile();
-            }
+            *byte = registers::flash_byte(address);
         }
         Ok(())
     }

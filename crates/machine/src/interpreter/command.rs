@@ -12,9 +12,13 @@ use core::fmt::{self, Display, Formatter};
 use heapless::Vec;
 use leadscrew_gcode::Number;
 
-/// The most commands that one line can ask for: spindle, coolant, parking control, an extension's,
-/// dwell, two for offsets, two moves, and three for the end of the program.
-pub const MAX_COMMANDS: usize = 12;
+/// The most commands that one line can ask for:
+///
+/// - four that switch: spindle, coolant, parking control, an extension's M code;
+/// - two for offsets: a dwell or a stored offset, and another work offset;
+/// - three that move: two rapids of G28 or G30, and a motion or a cycle;
+/// - two at its end: a pause, or the program's end and another work offset.
+pub const MAX_COMMANDS: usize = 4 + 2 + 3 + 2;
 
 /// The commands of one line, in the order in which they are carried out.
 pub type Commands<const AXES: usize> = Vec<Command<AXES>, MAX_COMMANDS>;

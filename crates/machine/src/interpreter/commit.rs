@@ -10,19 +10,7 @@ use super::letters::Group;
 use super::modal_state::{FeedMode, ModalState, Motion, Rotation};
 use super::takers::Flow;
 use super::words::Block;
-use super::{Coordinate, Interpreter, MAX_COMMANDS};
-
-/// Commands that switch: spindle, coolant, parking and an extension's M code.
-const SWITCHES: usize = 4;
-/// Commands for offsets: a dwell or a stored offset, and another work offset.
-const OFFSETS: usize = 2;
-/// Commands that move: two rapids of G28 or G30, and a motion or a cycle.
-const MOTIONS: usize = 3;
-/// Commands at the end of a line: a pause, or the end of the program and another work offset.
-const ENDS: usize = 2;
-/// The most commands that one line asks for.
-const MOST: usize = SWITCHES + OFFSETS + MOTIONS + ENDS;
-const _: () = assert!(MOST <= MAX_COMMANDS, "a line would lose a command");
+use super::{Coordinate, Interpreter};
 
 impl<const AXES: usize> Interpreter<AXES> {
     /// Carries a line out, in GRBL's order: feed, speed, tool, spindle, coolant, parking, dwell,
@@ -237,7 +225,8 @@ pub(super) fn spindle(modal: &ModalState) -> Spindle {
     }
 }
 
-/// Adds a command. There is always room: a line asks for [`MOST`] at most.
+/// Adds a command. There is always room: a line asks for
+/// [`MAX_COMMANDS`](super::MAX_COMMANDS) at most.
 #[inline]
 fn push<const AXES: usize>(commands: &mut Commands<AXES>, command: Command<AXES>) {
     let pushed = commands.push(command);

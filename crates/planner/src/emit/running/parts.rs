@@ -34,8 +34,8 @@ use core::num::NonZeroU16;
 use leadscrew_stepper::{IntervalChange, MotorMask, Smoothing};
 
 /// A step event is made in parts where its squared speed is less than this many times the
-/// acceleration. At that limit the next step may take 0.9 of its time, and half a sixteenth early
-/// is no more than an eighteenth.
+/// acceleration. At that limit the last 32nd of a step that brakes, half of one of its sixteen
+/// ticks, takes a 27th of its time; out of rest the first 32nd takes a sixth.
 const SUDDEN: f32 = 4.0;
 
 /// The least evenness of a step behind those that are made in parts. Its speed changes by less than
