@@ -215,19 +215,22 @@ const FLASH_MEMORY: Range<usize> = 0x0800_0000..0x0810_0000;
 /// controller refuses what it was not set up for.
 pub(crate) fn store_in_flash(address: usize, word: u32) {
     if FLASH_MEMORY.contains(&address) && address.is_multiple_of(4) {
-        // SAFETY: a word of the flash. Whoever reads what a write may change uses `flash_byte`.
+        // SAFETY: a word of the flash. Whoever reads what a write may change uses `read_flash`.
         unsafe { (address as *mut u32).write_volatile(word) };
     }
 }
 
-/// The byte of the flash at an address; as in an empty flash where there is none. Volatile, since a
-/// write changes it unseen.
-pub(crate) fn flash_byte(address: usize) -> u8 {
-    if FLASH_MEMORY.contains(&address) {
-        // SAFETY: a byte of the flash.
-        unsafe { (address as *const u8).read_volatile() }
-    } else {
-        0xFF
+/// Reads bytes of the flash; as in an empty flash where there is none. Volatile, since a write
+/// changes them unseen.
+#[inline(never)] // in each of its places it would take 0.1 KB
+pub(crate) fn read_flash(start: usize, bytes: &mut [u8]) {
+    for (byte, address) in bytes.iter_mut().zip(start..) {
+        *byte = if FLASH_MEMORY.contains(&address) {
+            // SAFETY: a byte of the flash.
+            unsafe { (address as *const u8).read_volatile() }
+        } else {
+            0xFF
+        };
     }
 }
 

@@ -128,9 +128,7 @@ impl SettingsStore for Sectors {
 
     fn read(&mut self, area: Area, offset: usize, bytes: &mut [u8]) -> Result<(), FlashError> {
         let start = address(area, offset, bytes.len())?;
-        for (byte, address) in bytes.iter_mut().zip(start..) {
-            *byte = registers::flash_byte(address);
-        }
+        registers::read_flash(start, bytes);
         Ok(())
     }
 
