@@ -280,8 +280,11 @@ fn worst(case: &Case, meddle: impl FnMut(&mut Segment<3>)) -> Worst {
         assert_eq!(edges.len(), steps as usize, "{case:?}");
     }
     let mut worst = Worst::default();
-    for (k, at) in edges[0].iter().enumerate() {
-        let due = schedule.time((k + 1) as f64);
+    // When the dominant motor is due at each of its steps, from the start on.
+    let dues: Vec<f64> = (0..=edges_of(case))
+        .map(|k| schedule.time(k as f64))
+        .collect();
+    for (at, due) in edges[0].iter().zip(&dues[1..]) {
         let off = (at - due).abs() - 1e-7 * due;
         worst.dominant = worst.dominant.max(off / DOMINANT);
     }
@@ -293,7 +296,8 @@ fn worst(case: &Case, meddle: impl FnMut(&mut Segment<3>)) -> Worst {
         for (k, at) in motor.iter().enumerate() {
             let s = (k as f64 + 0.5) * per_step;
             let due = schedule.time(s);
-            let interval = schedule.time((s.floor() + 1.0).min(events)) - schedule.time(s.floor());
+            let step = s as usize;
+            let interval = dues[step + 1] - dues[step];
             let bound = case.others(interval) + 1e-7 * due + OWN;
             let late = at - due;
             let share = late.abs() / bound;

@@ -367,6 +367,9 @@ impl Ramp {
         let (mut early, mut late) = (joined, self.exact_duration());
         for _ in 0..100 {
             let middle = 0.5 * (early + late);
+            if middle == early || middle == late {
+                break; // no number lies between them
+            }
             if self.exact(middle).0 < place {
                 early = middle;
             } else {
