@@ -3,7 +3,7 @@
 //! `qemu` needs only the build for the SKR 2. All other tasks need two builds for the Discovery,
 //! which differ only in the rate of the serial line: 115200 baud, and 2 Mbaud for checks that the
 //! line must not limit. They also need a build for each other board, with other frequencies of
-//! power, and two builds without pins, one for each start address.
+//! power, and builds without pins, one for each start address.
 use crate::{
     failure::Failure,
     fw::{self, machine, BOARD},
@@ -36,10 +36,15 @@ const FOUR_AXES: &str = concat!(
 );
 
 /// Boards that the subset leaves out.
-const MORE: [Build; 4] = [
+const MORE: [Build; 6] = [
     build("octopus", &[(BOARD, "octopus")]),
     build("fly-407zg", &[(BOARD, "fly-407zg")]),
     build("spider", &[(BOARD, "spider")]),
+    build("robin-nano-v3", &[(BOARD, "robin-nano-v3")]),
+    build(
+        "record-behind-48",
+        &[WITHOUT_PINS, (BOARD, "robin-nano-v3")],
+    ),
     build("four-axes", &[(fw::MACHINE, FOUR_AXES)]),
 ];
 
@@ -81,7 +86,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     let folder = toolchain::firmware_dir().join("fw-test");
     fs::create_dir_all(&folder).map_err(Failure::file(&folder))?;
     let asks = |word: &str| arguments.iter().any(|argument| argument == word);
-    let more: &[Build] = match arguments.is_empty() || asks("more-boards") {
+    let more: &[Build] = match arguments.is_empty() || asks("more-boards") || asks("records") {
         true => &MORE,
         false => &[],
     };

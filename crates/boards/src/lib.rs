@@ -23,11 +23,15 @@ pub use record::TooLong;
 
 /// The boards that come with the firmware: the name that `cargo fw --board` takes, and the file's
 /// text.
-pub const BOARDS: [(&str, &str); 8] = [
+pub const BOARDS: [(&str, &str); 9] = [
     ("discovery", include_str!("../boards/discovery.toml")),
     ("fly-407zg", include_str!("../boards/fly-407zg.toml")),
     ("machine-003", include_str!("../boards/machine-003.toml")),
     ("octopus", include_str!("../boards/octopus.toml")),
+    (
+        "robin-nano-v3",
+        include_str!("../boards/robin-nano-v3.toml"),
+    ),
     ("skr-2", include_str!("../boards/skr-2.toml")),
     (
         "skr-2-core-xy",

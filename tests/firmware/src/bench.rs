@@ -8,7 +8,7 @@ use crate::{
     plant::Plant,
     steps::Tracker,
     stream::Stream,
-    wiring::{Wiring, FLASH, RECORD},
+    wiring::{Wiring, FLASH},
 };
 use leadscrew_f407emu::{FlashTiming, Machine, Pin};
 
@@ -79,7 +79,7 @@ impl Bench {
         }
         machine.load_elf(&build.elf)?;
         if let Some(record) = &build.record {
-            machine.program_flash(RECORD, record);
+            machine.program_flash(wiring.record(), record);
         }
         if let Some(fault) = build.fault {
             machine.tamper_with(fault.register, fault.tamper);

@@ -2,7 +2,8 @@
 use crate::{
     bench::Failure,
     wiring::{
-        Wiring, DISCOVERY, DISCOVERY_4, DUAL_Y, FLY_407ZG, MACHINE_003, OCTOPUS, SKR_2, SPIDER,
+        Wiring, DISCOVERY, DISCOVERY_4, DUAL_Y, FLY_407ZG, MACHINE_003, OCTOPUS, ROBIN_NANO_V3,
+        SKR_2, SPIDER,
     },
 };
 use leadscrew_boards::Board;
@@ -91,9 +92,9 @@ pub(crate) struct Firmware {
     pub(crate) machines: [Build; 5],
     /// For more boards, by name, as far as they have been built: three motors each.
     pub(crate) more: Vec<(&'static str, Build)>,
-    /// Without pins: for boards of three motors that begin where the flash does, and for those that
-    /// begin behind a bootloader.
-    pub(crate) without_pins: [Build; 2],
+    /// Without pins: for boards of three motors that begin where the flash does, for those that
+    /// begin behind a bootloader of 32 KiB, and, if built, for those behind one of 48 KiB.
+    pub(crate) without_pins: Vec<Build>,
     /// For the machine of `four_axes.toml`, if built.
     pub(crate) four_axes: Option<Build>,
 }
@@ -114,17 +115,21 @@ impl Firmware {
         let more = [
             ("octopus", &OCTOPUS),
             ("fly-407zg", &FLY_407ZG),
+            ("robin-nano-v3", &ROBIN_NANO_V3),
             ("spider", &SPIDER),
         ];
         let built = |(name, wiring)| Some((name, read(name, wiring, USUAL_BAUD).ok()?));
+        let behind_48 = read("record-behind-48", &ROBIN_NANO_V3, USUAL_BAUD);
+        let mut without_pins = vec![
+            read("record", &DISCOVERY, USUAL_BAUD)?,
+            read("record-behind", &SKR_2, USUAL_BAUD)?,
+        ];
+        without_pins.extend(behind_48);
         Ok(Firmware {
             more: more.into_iter().filter_map(built).collect(),
             // The SKR 2 with its fourth driver on an axis of its own instead of Y.
             four_axes: read("four-axes", &DUAL_Y, USUAL_BAUD).ok(),
-            without_pins: [
-                read("record", &DISCOVERY, USUAL_BAUD)?,
-                read("record-behind", &SKR_2, USUAL_BAUD)?,
-            ],
+            without_pins,
             machines: [
                 read("machine-file-000", &DISCOVERY_4, USUAL_BAUD)?,
                 read("machine-file-001", &DISCOVERY, USUAL_BAUD)?,

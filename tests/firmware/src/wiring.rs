@@ -6,8 +6,10 @@ use leadscrew_f407emu::{Pin, SerialPort};
 /// The first address of the flash, where most programs begin.
 pub(crate) const FLASH: u32 = 0x0800_0000;
 
-/// Where the record of every board here is: sector 3 of the flash.
-pub(crate) const RECORD: u32 = FLASH + 0xC000;
+/// Sector 3 of the flash.
+const SECTOR_3: u32 = FLASH + 0xC000;
+/// Sector 4.
+const SECTOR_4: u32 = FLASH + 0x1_0000;
 
 /// A switch.
 #[derive(Clone, Copy, Debug)]
@@ -38,6 +40,17 @@ pub(crate) struct Wiring {
     pub(crate) crystal_hz: u32,
     /// The address of the vector table: the start of the flash, unless a bootloader is there.
     pub(crate) start: u32,
+}
+
+impl Wiring {
+    /// The address of the board's record: sector 3, or sector 4 where the vector table is in
+    /// sector 3.
+    pub(crate) fn record(&self) -> u32 {
+        match self.start {
+            SECTOR_3 => SECTOR_4,
+            _ => SECTOR_3,
+        }
+    }
 }
 
 const fn to_ground(pin: Pin) -> Option<Switch> {
@@ -200,4 +213,21 @@ pub(crate) const SPIDER: Wiring = Wiring {
     high: &[],
     crystal_hz: 12_000_000,
     start: FLASH + 0x8000,
+};
+
+/// MKS Robin Nano V3: its bootloader has the first 48 KiB.
+pub(crate) const ROBIN_NANO_V3: Wiring = Wiring {
+    line: SerialPort::Usart1,
+    step: &[Pin::new('E', 3), Pin::new('E', 0), Pin::new('B', 5)],
+    direction: &[Pin::new('E', 2), Pin::new('B', 9), Pin::new('B', 4)],
+    limits: &[
+        to_ground(Pin::new('A', 15)),
+        to_ground(Pin::new('D', 2)),
+        to_ground(Pin::new('C', 8)),
+    ],
+    power: Pin::new('A', 8),
+    spindle: Pin::new('B', 0),
+    high: &[],
+    crystal_hz: CRYSTAL_HZ,
+    start: SECTOR_3,
 };

@@ -9,7 +9,7 @@ use super::{
 use crate::{
     bench::{ensure, fail, Bench, Failure},
     firmware::{Build, Firmware},
-    wiring::{Wiring, DISCOVERY, FLY_407ZG, MACHINE_003, OCTOPUS, SKR_2, SPIDER},
+    wiring::{Wiring, DISCOVERY, FLY_407ZG, MACHINE_003, OCTOPUS, ROBIN_NANO_V3, SKR_2, SPIDER},
 };
 use leadscrew_boards::Board;
 use leadscrew_f407emu::{Pin, ResetCause};
@@ -33,8 +33,8 @@ const ALL: &str = "<Idle|MPos:-1.000,-1.000,-1.000|";
 const ONLY_Z: &str = "<Idle|MPos:0.000,0.000,-1.000|";
 
 /// The boards of three motors: their pins, their power, and where they are once they are home.
-fn all() -> [(&'static str, &'static Wiring, (u64, u64), &'static str); 6] {
-    let [octopus, fly, spider] = MORE_POWER.map(|(_, power)| power);
+fn all() -> [(&'static str, &'static Wiring, (u64, u64), &'static str); 7] {
+    let [octopus, fly, spider, nano] = MORE_POWER.map(|(_, power)| power);
     [
         ("discovery", &DISCOVERY, DISCOVERY_POWER, ALL),
         ("machine-003", &MACHINE_003, MACHINE_003_POWER, ONLY_Z),
@@ -42,6 +42,7 @@ fn all() -> [(&'static str, &'static Wiring, (u64, u64), &'static str); 6] {
         ("octopus", &OCTOPUS, octopus, ALL),
         ("fly-407zg", &FLY_407ZG, fly, ALL),
         ("spider", &SPIDER, spider, ALL),
+        ("robin-nano-v3", &ROBIN_NANO_V3, nano, ALL),
     ]
 }
 
