@@ -197,7 +197,7 @@ mod tests {
         /// At the start and half-way, whatever the override.
         #[test]
         fn it_is_the_time_that_the_queue_takes(
-            points in prop::collection::vec((-6.0f64..6.0, -6.0f64..6.0, 0.5f32..60.0), 1..60),
+            points in prop::collection::vec((-20.0f64..20.0, -20.0f64..20.0, 0.5f32..60.0), 1..60),
             acceleration in 10.0f32..3000.0, feed in 10u8..200, ease in prop::option::of(0.003f32..0.3),
         ) {
             let mut queue = RigQueue::new();
