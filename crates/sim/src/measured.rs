@@ -51,7 +51,7 @@ pub const PLANNED_MOVE: u32 = 8041;
 /// A move that became part of a row of pixels, and its words: in the mean of a thousand.
 pub const PIXEL: u32 = 2946;
 
-/// A segment made, in the mean of a thousand moves, and what finds no room for one.
+/// To make a segment, and to find no room for the next: in the mean of a thousand moves.
 pub const SEGMENT: u32 = 1551;
 
 /// A queued move whose time is added up for a report.

@@ -187,10 +187,9 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         self.shared.is_running() && self.left() < self.least()
     }
 
-    /// With less than this left there is to be another segment, timer counts: [`SHORT`]. That is
-    /// later than the time at which there is room. Committed motion can no longer be changed, so no
-    /// more is committed than is needed. Where ticks are [`CROWDED`], a segment takes long to make,
-    /// and all of the time is needed.
+    /// The next segment is made when less than this is left, timer counts. Usually that is
+    /// [`SHORT`]: committed motion can no longer be changed, so the segment is made late. Where ticks
+    /// are [`CROWDED`], a segment takes long to make, so it is made as soon as there is room.
     fn least(&self) -> u32 {
         match self.is_crowded {
             true => self.bounds.committed,

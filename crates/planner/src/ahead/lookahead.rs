@@ -24,7 +24,7 @@
 //!
 //! From rest at the end of the last move the speeds are found block by block, as far as they have
 //! changed. For the moves right after the running one they are found move by move, with all of the
-//! polygon. Whatever is added makes them greater: what was promised stays.
+//! polygon. A further move only raises these speeds, so a speed that was promised stays possible.
 //!
 //! The last move is *open*: the move after it is not known yet. The moves of a curve wait in the
 //! window (see `window`) until their curvature is known.

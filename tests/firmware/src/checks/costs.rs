@@ -292,7 +292,7 @@ fn of_main_loop(firmware: &Firmware) -> Result<Vec<Cost>, Failure> {
         ),
         cost!(
             SEGMENT,
-            "A segment made, in the mean of a thousand moves, and what finds no room for one",
+            "To make a segment, and to find no room for the next: in the mean of a thousand moves",
             work.segment
         ),
         cost!(

@@ -296,7 +296,7 @@ pub(crate) const CHECKS: &[Check] = &[
     },
     Check {
         name: "records",
-        what: "one build without pins for each start, seven boards' records: pins safe within 50 us, 150 with 64 settings; the same as in `boards` of each",
+        what: "a build without pins for each start address runs with the records of seven boards: pins safe within 50 us, 150 with 64 settings; then what `boards` asks of each",
         subset: false,
         run: records::records,
     },
@@ -386,7 +386,7 @@ pub(crate) const CHECKS: &[Check] = &[
     },
     Check {
         name: "raster",
-        what: "at least 8200 lines of 14 bytes a second",
+        what: "burns at least 8200 lines of 14 bytes a second",
         subset: false,
         run: raster::raster_lines,
     },
