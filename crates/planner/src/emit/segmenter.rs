@@ -78,7 +78,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         let running = self.running.as_mut()?;
         running.begin_pixel(|| planner.take_pixel());
         let timing = Timing::new(planner.config());
-        let outlook = planner.outlook();
+        let outlook = planner.outlook(|| running.whereabouts());
         if running.outlook != Some(outlook) && running.may_change() {
             running.plan(aim(self.mode, planner, running, outlook)?, timing);
             running.outlook = Some(outlook);

@@ -4,6 +4,7 @@
 pub(crate) mod arc;
 mod curvature;
 pub(crate) mod curve;
+mod joined;
 pub(crate) mod junction;
 mod probe;
 pub(crate) mod row;

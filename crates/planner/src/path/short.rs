@@ -14,8 +14,10 @@
 //! The joined move ends where its last piece does and makes as many steps of each motor. It passes
 //! the end of each piece with no motor more than a step beside it. Places are compared at the same
 //! number of steps from the start, counted over all motors. So each end leaves a range to the share
-//! that a motor has in all steps. Pieces are joined while each motor's share is within its range.
+//! that a motor has in all steps. Pieces are joined while each motor's share is within its range,
+//! and while those of a smooth curve stay near the joined move (see `joined`).
 
+use super::joined::Joined;
 use crate::real::{least, most};
 
 /// Moves that are shorter than this many of the coarsest steps are joined to the next one. The
@@ -23,10 +25,16 @@ use crate::real::{least, most};
 /// 1/2000.
 pub(crate) const STEPS: u32 = 32;
 
+/// Pieces of a smooth curve are joined while their centre is no farther from the joined move than
+/// this share of `STEPS` of the coarsest steps, squared. It is a sixth of a step: the sagitta is
+/// then a quarter of one.
+const NEAR2: f32 = 1.0 / (6 * STEPS * 6 * STEPS) as f32;
+
 /// The last queued move, where it has too few steps to give a direction.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Short<const MOTORS: usize> {
+pub(crate) struct Short<const AXES: usize, const MOTORS: usize> {
     motors: [Motor; MOTORS],
+    pieces: Joined<AXES>,
 }
 
 /// A motor's part of the move.
@@ -40,10 +48,11 @@ struct Motor {
     largest: f32,
 }
 
-impl<const MOTORS: usize> Short<MOTORS> {
-    /// Begins with a move by `delta` steps.
-    pub(crate) fn new(delta: &[i32; MOTORS]) -> Self {
+impl<const AXES: usize, const MOTORS: usize> Short<AXES, MOTORS> {
+    /// Begins with a move by `delta` steps, which leads `way` mm on.
+    pub(crate) fn new(delta: &[i32; MOTORS], way: [f32; AXES]) -> Self {
         Self {
+            pieces: Joined::new(way),
             motors: delta.map(|steps| Motor {
                 steps,
                 smallest: -1.0,
@@ -52,10 +61,20 @@ impl<const MOTORS: usize> Short<MOTORS> {
         }
     }
 
-    /// This move joined with one more short piece by `delta` steps; `None` where one move cannot
-    /// stand for both.
-    pub(crate) fn joined(&self, delta: &[i32; MOTORS]) -> Option<Self> {
+    /// This move joined with one more short piece by `delta` steps, which leads `way` mm on; `None`
+    /// where one move cannot stand for both. `short2` is the square of the length of [`STEPS`] of
+    /// the coarsest steps, mm².
+    pub(crate) fn joined(
+        &self,
+        delta: &[i32; MOTORS],
+        way: &[f32; AXES],
+        short2: f32,
+    ) -> Option<Self> {
         let mut whole = *self;
+        whole.pieces = self.pieces.with(way);
+        if whole.pieces.off2() > NEAR2 * short2 {
+            return None;
+        }
         let done = self
             .motors
             .iter()
@@ -132,12 +151,27 @@ mod tests {
     }
 
     #[test]
-    fn a_step_beside_the_line_is_on_it_and_two_are_not() {
+    fn a_step_beside_a_jagged_line_is_on_it_and_two_are_not() {
         let moves = |end| planned(Config::default(), &[at(8, 0), end]);
-        assert_eq!(moves(at(16, 2)), 1);
-        assert_eq!(moves(at(16, 3)), 2);
+        assert_eq!(moves(at(9, 1)), 1);
+        assert_eq!(moves(at(10, 2)), 2);
         assert_eq!(moves(at(6, 0)), 2);
         assert_eq!(moves(at(8, 8)), 2);
+    }
+
+    /// Where the pieces meet, they are half a step beside the line, or an eighth.
+    #[test]
+    fn a_smooth_curve_stays_within_a_quarter_of_a_step() {
+        let moves = |end| planned(Config::default(), &[at(8, 0), end]);
+        assert_eq!(moves(at(16, 1)), 2);
+        let fine = Config {
+            steps_per_mm: [crate::StepsPerMm::from_nanos(1_000_000_000_000); 2],
+            ..Config::default()
+        };
+        let places = |y| [to(0.008, 0.0, 5.0), to(0.016, y, 5.0)];
+        assert_eq!(planned(fine, &places(0.0)), 1);
+        assert_eq!(planned(fine, &places(0.000_25)), 1);
+        assert_eq!(planned(fine, &places(0.001)), 2);
     }
 
     #[test]

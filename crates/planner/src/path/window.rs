@@ -27,7 +27,7 @@ const FARTHEST: f32 = 64.0;
 
 /// A turn by more than 22 degrees is no part of a smooth curve. As the square of the distance
 /// between two unit vectors.
-const SHARP2: f32 = 0.15;
+pub(super) const SHARP2: f32 = 0.15;
 
 /// A turn by less goes straight on: unit vectors are no more exact. Squared, as above.
 const STRAIGHT2: f32 = 1e-12;
@@ -212,13 +212,24 @@ impl<const AXES: usize> Window<AXES> {
         end: &[Coordinate; AXES],
     ) {
         let last = self.count.wrapping_sub(1);
-        let way = between(&self.placed(self.count).start, &units(end));
+        let way = self.way_on(end);
         let per_length = 1.0 / sqrt(norm2(&way));
         let change2 = distance2(&self.placed(last).course, &way.map(|way| way * per_length));
         if change2 > BENT2 {
             self.bent.set(last, true);
         }
         self.replace_last(piece, is_short, end);
+    }
+
+    /// The way from the start of the last piece to its end, mm.
+    pub(crate) fn last_way(&self) -> [f32; AXES] {
+        let last = self.placed(self.count.wrapping_sub(1));
+        last.course.map(|course| course * last.length)
+    }
+
+    /// The way from the end of the last piece to `end`, mm.
+    pub(crate) fn way_on(&self, end: &[Coordinate; AXES]) -> [f32; AXES] {
+        between(&self.placed(self.count).start, &units(end))
     }
 
     /// Lengthens the last piece: it goes straight on, to `end`.

@@ -27,7 +27,6 @@ where
         let mut planned = PlannedMove::new(of, delta);
         let direction = self.plan(&mut planned, of, events);
         let is_short = self.is_short(planned.length * planned.length);
-        self.begin_short(of, &delta, is_short);
         let begins = self.window.as_ref().is_some_and(|window| !window.goes_on());
         let start = begins.then(|| self.axes_at(&self.position));
         if let Some(window) = &mut self.window {
@@ -37,6 +36,7 @@ where
             let piece = piece(&planned, direction, of);
             window.push(&piece, is_short, of.curve.is_some(), &of.target);
         }
+        self.begin_short(of, &delta, is_short);
         self.queue_newest(&planned);
         self.begin_row(of, delta);
         self.settle();

@@ -4,6 +4,7 @@ use super::append::piece;
 use super::Planner;
 use crate::moves::PlannedMove;
 use crate::path::short::Short;
+use crate::real::norm2;
 use crate::{Feed, Kinematics, Move};
 
 impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
@@ -17,11 +18,12 @@ where
         let short = self.short.as_ref()?;
         let (last, is_planned) = self.queue.last_waiting()?;
         let fits = !is_planned && last.goes_on_with(of) && of.curve.is_none();
-        if !fits || !self.is_short(last.length * last.length) {
+        let more2 = norm2(&self.axes_mm(*delta));
+        if !fits || !self.is_short(last.length * last.length) || !self.is_short(more2) {
             return None;
         }
-        let more = crate::real::norm2(&self.axes_mm(*delta));
-        let joined = short.joined(delta).filter(|_| self.is_short(more))?;
+        let way = self.window.as_ref()?.way_on(&of.target);
+        let joined = short.joined(delta, &way, self.limits.short2)?;
         let mut planned = PlannedMove::new(of, joined.delta());
         let direction = self.plan(&mut planned, of, joined.events());
         let is_short = self.is_short(planned.length * planned.length);
@@ -39,7 +41,8 @@ where
     /// where both are short.
     pub(super) fn begin_short(&mut self, of: &Move<AXES>, delta: &[i32; MOTORS], is_short: bool) {
         let plain = matches!(of.feed, Feed::PerMinute(_)) && of.curve.is_none();
-        self.short = (plain && is_short).then(|| Short::new(delta));
+        let window = self.window.as_ref().filter(|_| plain && is_short);
+        self.short = window.map(|window| Short::new(delta, window.last_way()));
     }
 
     /// Whether a move, the square of whose length is `length2` mm², has too few steps to give a

@@ -19,6 +19,7 @@ use crate::moves::PlannedMove;
 use crate::path::row::Row;
 use crate::path::short::Short;
 use crate::path::Window;
+use crate::real::{least, sqrt};
 use crate::space::ground::{Course, Ground, Whereabouts};
 use crate::{Config, ConfigError, Coordinate, Kinematics, Move, Overrides};
 use backlog::Backlog;
@@ -51,7 +52,7 @@ pub struct Planner<'q, K, const AXES: usize, const MOTORS: usize> {
     /// The last queued move, if more may be merged into it.
     row: Option<Row<MOTORS>>,
     /// The last queued move, if it is a few steps long, so that the next one can be joined to it.
-    short: Option<Short<MOTORS>>,
+    short: Option<Short<AXES, MOTORS>>,
     pixels: Pixels<'q>,
     backlog: Backlog,
     /// The end of the path, and the moves there whose curvature is not known yet.
@@ -314,12 +315,13 @@ where
     }
 
     /// What the running move's profile depends on, besides the move. Where the running move would
-    /// have to slow down for want of moves whose curvature is not known yet, these are planned now.
-    pub(crate) fn outlook(&mut self) -> Outlook {
+    /// soon slow down for want of moves whose curvature is not known yet, these are planned now.
+    /// `at` tells where the running move is.
+    pub(crate) fn outlook(&mut self, at: impl FnOnce() -> Whereabouts) -> Outlook {
         /// The most moves that are planned at a time.
         const MOST: usize = 4;
         self.find();
-        if self.hangs() && self.lacks_what_waits() {
+        if self.hangs() && self.lacks_what_waits() && self.slows_down_soon(at()) {
             for _ in 0..MOST {
                 if self.lacks_what_waits() {
                     self.settle_one(true);
@@ -331,6 +333,18 @@ where
             exit: self.queue.exit_limit(),
             revision: self.revision,
         }
+    }
+
+    /// Whether the running move might be too fast for the speed at its end, if it went on for one
+    /// more segment with all of its acceleration.
+    fn slows_down_soon(&self, at: Whereabouts) -> bool {
+        let Some(running) = self.queue.running().filter(|_| self.config.jerk <= 0.0) else {
+            return true;
+        };
+        let (a, seconds) = (running.acceleration, self.config.longest_segment);
+        let soon = least(at.left, (sqrt(at.v2) + a * seconds) * seconds);
+        let exit_v2 = self.limits.unit.v2(self.queue.exit_limit());
+        at.v2 + 2.0 * a * soon > exit_v2 + 2.0 * a * (at.left - soon)
     }
 
     /// Whether too many moves wait until the turn at their start is known, beside those that are

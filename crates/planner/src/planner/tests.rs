@@ -22,6 +22,15 @@ fn cartesian() -> Planner<'static, Cartesian, 2, 2> {
     Planner::new(config(), Cartesian, queue::<_, 2, 8>(), pixels::<1>()).unwrap()
 }
 
+/// A running move that has to slow down for all that is not planned.
+fn too_fast() -> Whereabouts {
+    Whereabouts {
+        v2: f32::INFINITY,
+        left: 0.0,
+        at_start: false,
+    }
+}
+
 #[test]
 fn a_move_of_less_than_half_a_step_is_nothing() {
     let mut planner = cartesian();
@@ -84,7 +93,11 @@ fn moves_are_planned_alike_in_few_blocks_and_in_many() {
         }
         let one = small.start_next().map(|of| (of.length, of.rate));
         assert_eq!(one, usual.start_next().map(|of| (of.length, of.rate)));
-        assert_eq!(small.outlook(), usual.outlook(), "{started}");
+        assert_eq!(
+            small.outlook(too_fast),
+            usual.outlook(too_fast),
+            "{started}"
+        );
         small.finish();
         usual.finish();
     }
@@ -157,7 +170,7 @@ fn a_second_motor_has_the_steps_of_the_first_and_changes_no_limit() {
         single.push(&to(x, y, 80.0)).unwrap();
         let [x, y] = single.position();
         assert_eq!(ganged.position(), [x, y, y]);
-        let (ganged, single) = (ganged.outlook(), single.outlook());
+        let (ganged, single) = (ganged.outlook(too_fast), single.outlook(too_fast));
         assert_eq!(ganged, single);
     }
     let (ganged, single) = (ganged.start_next().unwrap(), single.start_next().unwrap());
@@ -232,9 +245,9 @@ fn on_a_circle(corner_rule: CornerRule) -> f32 {
         planner.push(&chord).unwrap();
     }
     let _first = planner.start_next();
-    planner.outlook();
+    planner.outlook(too_fast);
     let _second = planner.start_next();
-    planner.outlook();
+    planner.outlook(too_fast);
     planner.unit().v2(planner.queue().next().unwrap().corner)
 }
 
@@ -256,15 +269,15 @@ fn an_override_that_is_taken_back_leaves_the_plan_as_it_was() {
             .unwrap();
     }
     planner.start_next();
-    let before = planner.outlook();
+    let before = planner.outlook(too_fast);
     planner.set_overrides(Overrides {
         feed: 10,
         rapid: 100,
     });
-    assert!(planner.outlook().exit < before.exit);
+    assert!(planner.outlook(too_fast).exit < before.exit);
     planner.set_overrides(Overrides::default());
-    assert_eq!(planner.outlook().exit, before.exit);
-    assert_ne!(planner.outlook(), before);
+    assert_eq!(planner.outlook(too_fast).exit, before.exit);
+    assert_ne!(planner.outlook(too_fast), before);
 }
 
 proptest! {
