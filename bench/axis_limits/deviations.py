@@ -15,7 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from curves import FAMILIES, machine
+from curves import borders, chains, machine, narrow
 from program import Program
 
 MOST = 1.005
@@ -44,7 +44,7 @@ def stairs(rng, name):
     return program, machine(rng)
 
 
-JOBS = FAMILIES | {'pieces': pieces, 'stairs': stairs}
+JOBS = {'borders': borders, 'chains': chains, 'narrow': narrow, 'pieces': pieces, 'stairs': stairs}
 
 
 def judged(binary, number):
