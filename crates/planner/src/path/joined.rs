@@ -8,25 +8,38 @@
 //!     o---------+---------o   the move
 //! ```
 //!
-//! The centre of an arc lies as far from the middle of its chord as two thirds of the sagitta. Where
-//! the ends of pieces are rounded, they lie to both sides of a line, and their centre is on it.
+//! An arc's centre is two thirds of the sagitta away from the middle of its chord. Where rounding
+//! moves the ends of pieces to both sides of a line, their centre is on it.
 //!
-//! So pieces of a smooth curve are joined while the centre is near the line: long chords of a curve
-//! turn sharply, and cost time. Where the pieces turn sharply themselves, as the outlines of pixels
-//! do, nothing of the kind can be kept, and only their ends count (see `short`).
+//! With the way `W` and the length `L` of the pieces so far, and the centre at `W/2 + M/(2·L)`, one
+//! more piece with the way `w` and the length `l` makes of `M`
+//!
+//! ```text
+//!   M + l·W − L·w
+//! ```
+//!
+//! Pieces of a smooth curve are joined while their centre is near the line: long chords of a curve
+//! turn sharply, and cost time. Outlines of pixels turn sharply themselves. Their centre does not
+//! count.
 
 use super::window::SHARP2;
 use crate::real::{norm2, sqrt};
 
+/// Pieces that turn by more than half a degree are bent when they are joined. As the square of the
+/// distance between two unit vectors.
+const BENT2: f32 = 1e-4;
+
 /// The pieces of a joined move.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Joined<const AXES: usize> {
-    /// From the start of the first piece to the end of the last one, mm.
+    /// `W`: from the start of the first piece to the end of the last one, mm.
     way: [f32; AXES],
-    /// The centre of the pieces, from the start of the first one, mm.
-    centre: [f32; AXES],
-    /// All pieces, one after the other, mm.
+    /// `L`: all pieces, one after the other, mm.
     length: f32,
+    /// `M`, mm².
+    aside: [f32; AXES],
+    /// Whether the pieces turn.
+    pub(crate) is_bent: bool,
     /// Whether a piece turns sharply away from those before it.
     is_jagged: bool,
 }
@@ -36,42 +49,34 @@ impl<const AXES: usize> Joined<AXES> {
     pub(super) fn new(way: [f32; AXES]) -> Self {
         Self {
             way,
-            centre: way.map(|way| 0.5 * way),
             length: sqrt(norm2(&way)),
+            aside: [0.0; AXES],
+            is_bent: false,
             is_jagged: false,
         }
     }
 
     /// These pieces and one more, which leads `more` mm on.
-    pub(super) fn with(&self, more: &[f32; AXES]) -> Self {
-        let more_length = sqrt(norm2(more));
-        let length = self.length + more_length;
-        let share = more_length / length;
-        let mut joined = *self;
+    pub(super) fn with(mut self, more: &[f32; AXES]) -> Self {
+        let length = sqrt(norm2(more));
+        let straight = sqrt(norm2(&self.way)) * length;
         let mut along = 0.0;
-        let axes = joined.way.iter_mut().zip(&mut joined.centre).zip(more);
-        for ((way, centre), more) in axes {
-            along += *way * more;
-            *centre += (*way + 0.5 * more - *centre) * share;
-            *way += more;
+        for (axis, more) in more.iter().enumerate() {
+            along += self.way[axis] * more;
+            self.aside[axis] += length * self.way[axis] - self.length * more;
+            self.way[axis] += more;
         }
-        let straight = sqrt(norm2(&self.way)) * more_length;
-        joined.length = length;
-        joined.is_jagged |= along < (1.0 - 0.5 * SHARP2) * straight;
-        joined
+        self.length += length;
+        let turns_by_more_than = |distance2: f32| along < (1.0 - 0.5 * distance2) * straight;
+        self.is_bent |= turns_by_more_than(BENT2);
+        self.is_jagged |= turns_by_more_than(SHARP2);
+        self
     }
 
-    /// The square of the distance from the centre of smooth pieces to the middle of the line, mm²;
-    /// 0 for jagged ones.
-    pub(super) fn off2(&self) -> f32 {
-        if self.is_jagged {
-            return 0.0;
-        }
-        let mut off = self.centre;
-        for (off, way) in off.iter_mut().zip(&self.way) {
-            *off -= 0.5 * way;
-        }
-        norm2(&off)
+    /// Whether the centre of the pieces is near the line, or the pieces are jagged. `near2` is the
+    /// square of the distance that is near, mm².
+    pub(super) fn are_near(&self, near2: f32) -> bool {
+        self.is_jagged || norm2(&self.aside) <= 4.0 * near2 * self.length * self.length
     }
 }
 
@@ -96,8 +101,8 @@ mod tests {
             };
             let arc = (1..pieces).fold(Joined::new(way(0)), |arc, k| arc.with(&way(k)));
             let sagitta = radius * (1.0 - (0.5 * angle).cos());
-            let off = f64::from(arc.off2()).sqrt();
-            prop_assert!((off / (sagitta / 1.5) - 1.0).abs() < 0.02, "{} {}", off, sagitta);
+            let near2 = |share: f64| (share * sagitta / 1.5).powi(2) as f32;
+            prop_assert!(arc.are_near(near2(1.02)) && !arc.are_near(near2(0.98)));
         }
     }
 
@@ -106,14 +111,16 @@ mod tests {
         let to_and_fro = (0..40).fold(Joined::new([0.01, 0.001]), |joined, k| {
             joined.with(&[0.01, if k % 2 == 0 { -0.002 } else { 0.002 }])
         });
-        assert!(to_and_fro.off2() < 0.001 * 0.001);
+        assert!(to_and_fro.are_near(0.001 * 0.001) && to_and_fro.is_bent);
     }
 
     #[test]
     fn pieces_that_turn_sharply_are_on_any_line() {
         let corner = Joined::new([0.01, 0.0]).with(&[0.0, 0.01]);
-        assert_eq!(corner.off2(), 0.0);
+        assert!(corner.are_near(0.0) && corner.is_bent);
         let bend = Joined::new([0.01, 0.0]).with(&[0.01, 0.003]);
-        assert!(bend.off2() > 0.0);
+        assert!(!bend.are_near(0.0) && bend.is_bent);
+        let straight = Joined::new([0.01, 0.0]).with(&[0.01, 0.0]);
+        assert!(straight.are_near(0.0) && !straight.is_bent);
     }
 }

@@ -34,7 +34,7 @@ const NEAR2: f32 = 1.0 / (6 * STEPS * 6 * STEPS) as f32;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Short<const AXES: usize, const MOTORS: usize> {
     motors: [Motor; MOTORS],
-    pieces: Joined<AXES>,
+    pub(crate) pieces: Joined<AXES>,
 }
 
 /// A motor's part of the move.
@@ -72,7 +72,7 @@ impl<const AXES: usize, const MOTORS: usize> Short<AXES, MOTORS> {
     ) -> Option<Self> {
         let mut whole = *self;
         whole.pieces = self.pieces.with(way);
-        if whole.pieces.off2() > NEAR2 * short2 {
+        if !whole.pieces.are_near(NEAR2 * short2) {
             return None;
         }
         let done = self

@@ -32,9 +32,6 @@ pub(super) const SHARP2: f32 = 0.15;
 /// A turn by less goes straight on: unit vectors are no more exact. Squared, as above.
 const STRAIGHT2: f32 = 1e-12;
 
-/// Pieces that turn by more than half a degree are bent when they are joined. Squared, as above.
-const BENT2: f32 = 1e-4;
-
 /// A piece of path.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece<const AXES: usize> {
@@ -204,20 +201,16 @@ impl<const AXES: usize> Window<AXES> {
         (next.start, next.since) = (end, until);
     }
 
-    /// Joins one more piece, which ends at `end`, with the last one; `piece` is both of them.
+    /// Joins one more piece, which ends at `end`, with the last one; `piece` is both of them, and
+    /// `is_bent` says whether they turn.
     pub(crate) fn join_last(
         &mut self,
         piece: &Piece<AXES>,
         is_short: bool,
+        is_bent: bool,
         end: &[Coordinate; AXES],
     ) {
-        let last = self.count.wrapping_sub(1);
-        let way = self.way_on(end);
-        let per_length = 1.0 / sqrt(norm2(&way));
-        let change2 = distance2(&self.placed(last).course, &way.map(|way| way * per_length));
-        if change2 > BENT2 {
-            self.bent.set(last, true);
-        }
+        self.bent.set(self.count.wrapping_sub(1), is_bent);
         self.replace_last(piece, is_short, end);
     }
 

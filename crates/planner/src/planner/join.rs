@@ -29,7 +29,7 @@ where
         let is_short = self.is_short(planned.length * planned.length);
         let piece = piece(&planned, direction, of);
         let window = self.window.as_mut()?;
-        window.join_last(&piece, is_short, &of.target);
+        window.join_last(&piece, is_short, joined.pieces.is_bent, &of.target);
         self.lengthen_newest(planned);
         self.short = Some(joined);
         self.begin_row(of, joined.delta());

@@ -336,15 +336,16 @@ where
     }
 
     /// Whether the running move might be too fast for the speed at its end, if it went on for one
-    /// more segment with all of its acceleration.
+    /// more segment with all of its acceleration, `way` mm.
     fn slows_down_soon(&self, at: Whereabouts) -> bool {
         let Some(running) = self.queue.running().filter(|_| self.config.jerk <= 0.0) else {
             return true;
         };
         let (a, seconds) = (running.acceleration, self.config.longest_segment);
-        let soon = least(at.left, (sqrt(at.v2) + a * seconds) * seconds);
+        let way = least(at.left, (sqrt(at.v2) + a * seconds) * seconds);
         let exit_v2 = self.limits.unit.v2(self.queue.exit_limit());
-        at.v2 + 2.0 * a * soon > exit_v2 + 2.0 * a * (at.left - soon)
+        // v² + 2·a·way > exit² + 2·a·(left − way)
+        at.v2 - exit_v2 > 2.0 * a * (at.left - 2.0 * way)
     }
 
     /// Whether too many moves wait until the turn at their start is known, beside those that are
