@@ -48,6 +48,17 @@ pub enum Warning {
     },
     /// A DMA stream packs data in its FIFO, which is not modelled.
     DmaPacking,
+    /// A USART is in a mode that is not modelled, or at a rate that is out of range.
+    UsartMode {
+        /// Base address of the USART.
+        base: u32,
+    },
+    /// A USART's rate, word length or transmitter was changed while a byte went out, which corrupts
+    /// that byte (RM0090 section 30.3.2).
+    UsartDisturbed {
+        /// Base address of the USART.
+        base: u32,
+    },
     /// A byte was written to a USART before it had taken the byte before.
     UsartOverwrite {
         /// Base address of the USART.
@@ -72,6 +83,10 @@ impl fmt::Display for Warning {
             Warning::TimerMode { base } => write!(f, "mode of timer {base:#010x} not modelled"),
             Warning::DmaUnreachable { address } => write!(f, "DMA cannot reach {address:#010x}"),
             Warning::DmaPacking => f.write_str("packing in a DMA FIFO is not modelled"),
+            Warning::UsartMode { base } => write!(f, "mode of USART {base:#010x} not modelled"),
+            Warning::UsartDisturbed { base } => {
+                write!(f, "USART {base:#010x} changed while a byte goes out")
+            }
             Warning::UsartOverwrite { base } => {
                 write!(f, "data register of USART {base:#010x} overwritten")
             }
