@@ -46,8 +46,12 @@ pub enum Warning {
         /// The address.
         address: u32,
     },
-    /// A DMA stream packs data in its FIFO, which is not modelled.
-    DmaPacking,
+    /// A DMA stream is set up in a way that the manual forbids or that is not modelled, or its
+    /// settings were written while it was on.
+    DmaMode,
+    /// A DMA stream was to be started while a flag of it was set: it stays off (RM0090 section
+    /// 10.5.5).
+    DmaFlags,
     /// A USART is in a mode that is not modelled, or at a rate that is out of range.
     UsartMode {
         /// Base address of the USART.
@@ -82,7 +86,8 @@ impl fmt::Display for Warning {
             Warning::NotModelled { address } => write!(f, "nothing is modelled at {address:#010x}"),
             Warning::TimerMode { base } => write!(f, "mode of timer {base:#010x} not modelled"),
             Warning::DmaUnreachable { address } => write!(f, "DMA cannot reach {address:#010x}"),
-            Warning::DmaPacking => f.write_str("packing in a DMA FIFO is not modelled"),
+            Warning::DmaMode => f.write_str("settings of a DMA stream forbidden or not modelled"),
+            Warning::DmaFlags => f.write_str("DMA stream started before its flags were cleared"),
             Warning::UsartMode { base } => write!(f, "mode of USART {base:#010x} not modelled"),
             Warning::UsartDisturbed { base } => {
                 write!(f, "USART {base:#010x} changed while a byte goes out")
