@@ -14,6 +14,9 @@ use crate::{
 /// Where the registers of USB OTG FS begin.
 const USB: u32 = 0x5000_0000;
 
+/// The offset of OTG_FS_GCCFG, which switches USB's transceiver on.
+const GCCFG: u32 = 0x38;
+
 /// The offset of SYSCFG_MEMRMP in SYSCFG.
 const MEMRMP: u32 = 0;
 
@@ -164,6 +167,7 @@ impl Machine {
                 if let Some(low) = devices.pwr.write(offset, value) {
                     self.detector_changed(low);
                 }
+                self.check_clocks();
             }
             Device::Flash => self.flash_write(offset, value, now),
             Device::Port(index) => {
@@ -212,12 +216,23 @@ impl Machine {
             }
             Device::Usb => {
                 devices.usb.write(address - USB, value);
+                if address - USB == GCCFG {
+                    self.check_usb_clock();
+                }
                 self.usb_changed();
             }
             Device::Other => {
                 self.warnings.add(Warning::NotModelled { address });
                 self.devices.others.insert(address, value);
             }
+        }
+    }
+
+    /// Warns if USB is on with a clock that is not within 0.25 % of 48 MHz.
+    fn check_usb_clock(&mut self) {
+        let hz = self.devices.rcc.usb_hz();
+        if self.devices.usb.is_on() && !(47_880_000..=48_120_000).contains(&hz) {
+            self.warnings.add(Warning::UsbClock { hz });
         }
     }
 
@@ -393,6 +408,17 @@ mod tests {
         assert_eq!(Device::at(0x4002_1018), Device::Port(4));
         assert_eq!(Device::at(0x4002_6488), Device::Dma(1));
         assert_eq!(Device::at(0x5000_0800), Device::Usb);
+    }
+
+    #[test]
+    fn usb_needs_a_clock_of_48_mhz() {
+        let mut machine = Machine::with_clocks();
+        let mut after = |value| {
+            machine.write_word(USB + GCCFG, value).unwrap();
+            machine.warnings().to_vec()
+        };
+        assert_eq!(after(0), []);
+        assert_eq!(after(1 << 16), [Warning::UsbClock { hz: 0 }]);
     }
 
     #[test]

@@ -11,6 +11,19 @@ pub enum Warning {
         /// HCLK in Hz.
         hclk: u32,
     },
+    /// The settings of a PLL were written while it was on; they stay as they were (RM0090 section
+    /// 7.3.2).
+    PllRunning,
+    /// The core's voltage is too low for the clock (RM0090 section 3.5.1).
+    VoltageTooLow {
+        /// HCLK in Hz.
+        hclk: u32,
+    },
+    /// USB is switched on with a clock other than 48 MHz (RM0090 section 7.3.2, PLLQ).
+    UsbClock {
+        /// The clock in Hz.
+        hz: u32,
+    },
     /// A peripheral bus is faster than the chip allows (42 MHz APB1, 84 MHz APB2).
     BusTooFast {
         /// HCLK in Hz.
@@ -75,6 +88,9 @@ impl fmt::Display for Warning {
         match self {
             Warning::ClockNotReady => f.write_str("a clock was selected that is not running"),
             Warning::PllOutOfRange { hclk } => write!(f, "PLL out of range, HCLK {hclk} Hz"),
+            Warning::PllRunning => f.write_str("settings of a PLL written while it is on"),
+            Warning::VoltageTooLow { hclk } => write!(f, "core voltage too low for {hclk} Hz"),
+            Warning::UsbClock { hz } => write!(f, "USB switched on with a clock of {hz} Hz"),
             Warning::BusTooFast { hclk } => write!(f, "peripheral bus too fast, HCLK {hclk} Hz"),
             Warning::TooFewWaitStates { hclk } => {
                 write!(f, "too few wait states of the flash for {hclk} Hz")

@@ -5,6 +5,8 @@
 
 /// PWR_CR.PVDE: the detector is on.
 const DETECTOR: u32 = 1 << 4;
+/// PWR_CR.VOS: the core has the higher of its two voltages.
+const SCALE_1: u32 = 1 << 14;
 /// PWR_CSR.PVDO: the supply is below the threshold.
 const LOW: u32 = 1 << 2;
 /// PWR_CSR.VOSRDY: the core's regulator is at its voltage.
@@ -21,7 +23,7 @@ impl Pwr {
     /// The state after a reset: the regulator is at full voltage (PWR_CR.VOS).
     pub(crate) fn new() -> Self {
         Pwr {
-            control: 0x4000,
+            control: SCALE_1,
             low: false,
         }
     }
@@ -32,6 +34,11 @@ impl Pwr {
         let before = self.output();
         self.low = low;
         (self.output() != before).then_some(low)
+    }
+
+    /// Whether the core has the higher of its two voltages.
+    pub(crate) fn has_scale_1(&self) -> bool {
+        self.control & SCALE_1 != 0
     }
 
     fn output(&self) -> bool {

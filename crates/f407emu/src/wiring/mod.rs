@@ -103,11 +103,18 @@ impl Machine {
 
     /// RCC or the flash's wait states have changed.
     pub(crate) fn clocks_changed(&mut self, now: u64) {
-        let wait_states = self.devices.flash.acr & 7;
-        self.devices.rcc.check(wait_states, &mut self.warnings);
+        self.check_clocks();
         let stopped = self.devices.rcc.non_maskable();
         self.nvic.set_line(Exception::NMI, stopped);
         self.update_clocks(now);
+    }
+
+    /// Warns if limits of the chip are exceeded.
+    pub(crate) fn check_clocks(&mut self) {
+        let wait_states = self.devices.flash.acr & 7;
+        let scale_1 = self.devices.pwr.has_scale_1();
+        let warnings = &mut self.warnings;
+        self.devices.rcc.check(wait_states, scale_1, warnings);
     }
 
     /// Updates the clocks of all peripherals that count.

@@ -148,9 +148,14 @@ impl Usb {
         self.plain(0x08) & GINT != 0 && self.status() & self.plain(0x18) != 0
     }
 
+    /// Whether the transceiver is on.
+    pub(crate) fn is_on(&self) -> bool {
+        self.plain(0x38) & PWRDWN != 0
+    }
+
     /// Whether the host sees a device: transceiver and pull-up are on.
     fn is_attached(&self) -> bool {
-        self.plain(0x38) & PWRDWN != 0 && self.plain(0x804) & SDIS == 0
+        self.is_on() && self.plain(0x804) & SDIS == 0
     }
 
     fn plain(&self, offset: u32) -> u32 {
