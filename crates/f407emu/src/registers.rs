@@ -5,7 +5,7 @@ use crate::{
     instruction::Width,
     machine::Machine,
     memory::Low,
-    peripheral::{adc, dma::Dma, iwdg, nvic::Exception, register_map, timer_map::INSTANCES},
+    peripheral::{adc, iwdg, nvic::Exception, register_map, timer_map::INSTANCES},
     record::Cause,
     trap::{Stop, Stray},
     warning::Warning,
@@ -160,7 +160,7 @@ impl Machine {
         match Device::at(address) {
             Device::Rcc => {
                 devices.rcc.write(offset, value, now, &mut self.warnings);
-                self.reset_dma(offset, value);
+                self.reset_peripherals(offset, value, now);
                 self.clocks_changed(now);
             }
             Device::Pwr => {
@@ -236,15 +236,6 @@ impl Machine {
         }
     }
 
-    /// RCC_AHB1RSTR (RM0090 section 7.3.5): resets the DMA controllers.
-    fn reset_dma(&mut self, offset: u32, value: u32) {
-        for (index, dma) in self.devices.dma.iter_mut().enumerate() {
-            if offset == 0x10 && value >> (21 + index) & 1 != 0 {
-                *dma = Dma::default();
-            }
-        }
-    }
-
     /// Applies planted faults to a word that the program writes; words that DMA writes are left
     /// alone.
     fn tampered(&self, address: u32, value: u32, cause: Cause) -> Option<u32> {
@@ -262,8 +253,10 @@ impl Machine {
 
     /// Whether a peripheral has its clock. Otherwise the access ends the run.
     fn is_clocked(&mut self, address: u32, now: u64) -> bool {
-        let stray = match self.devices.rcc.clock_of(address) {
+        let rcc = &self.devices.rcc;
+        let stray = match rcc.clock_of(address) {
             None => Stray::ClockOff,
+            _ if rcc.is_held(address) => Stray::InReset,
             Some(since) if now < since => Stray::ClockTooFresh { left: since - now },
             Some(_) => return true,
         };

@@ -81,6 +81,8 @@ pub enum Stray {
         /// Cycles of HCLK that are left until the clock runs.
         left: u64,
     },
+    /// RCC holds the peripheral in reset.
+    InReset,
     /// The peripheral has no register there.
     NoRegister,
     /// The register can only be read.
@@ -101,6 +103,7 @@ impl fmt::Display for Stray {
             Stray::ClockTooFresh { left } => {
                 write!(f, "its clock comes only in {left} cycles")
             }
+            Stray::InReset => f.write_str("it is held in reset"),
             Stray::NoRegister => f.write_str("there is no register"),
             Stray::ReadOnly => f.write_str("it cannot be written"),
             Stray::Reserved { value, bits } => {

@@ -97,6 +97,11 @@ impl Exti {
         self.syscfg.get(offset as usize / 4).copied().unwrap_or(0)
     }
 
+    /// Resets SYSCFG's registers.
+    pub(crate) fn reset_syscfg(&mut self) {
+        self.syscfg = [0; 9];
+    }
+
     /// Writes SYSCFG's register at `offset` from 0x40013800.
     pub(crate) fn write_syscfg(&mut self, offset: u32, value: u32) {
         if let Some(register) = self.syscfg.get_mut(offset as usize / 4) {

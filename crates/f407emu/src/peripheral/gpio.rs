@@ -64,6 +64,15 @@ impl Gpio {
         gpio
     }
 
+    /// Resets the registers. The world goes on driving the pins.
+    pub(crate) fn reset(&mut self, port: usize) {
+        *self = Gpio {
+            world: self.world,
+            levels: self.levels,
+            ..Gpio::new(port)
+        };
+    }
+
     /// Reads the register at `offset` from the port's base.
     pub(crate) fn read(&self, offset: u32) -> u32 {
         match offset {

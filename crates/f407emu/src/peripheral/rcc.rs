@@ -8,10 +8,12 @@
 //! A source that is in use cannot be switched off, and the PLL's settings stay while it is on
 //! (sections 7.2.3 and 7.2.6).
 //!
+//! A peripheral's reset bit resets it at once (sections 7.3.5 to 7.3.9). While the bit is set, an
+//! access to the peripheral ends the run.
+//!
 //! Not modelled: start-up times of oscillators and PLLs (they are ready at once; a crystal that is
-//! not fitted is never ready), and peripheral resets: their bits read back, but only DMA's reset
-//! anything. Not modelled, and warned of where a program asks for it: clock outputs, interrupts of
-//! clocks that become ready, the backup domain, clocks that stop in sleep.
+//! not fitted is never ready). Not modelled, and warned of where a program asks for it: clock
+//! outputs, interrupts of clocks that become ready, the backup domain, clocks that stop in sleep.
 use crate::warning::{Warning, Warnings};
 
 /// The address of its first register.
@@ -30,6 +32,8 @@ const REGISTERS: usize = 0x88 / 4;
 const ENABLE: u32 = 0x30;
 const ENABLES: usize = 6;
 const APB1_ENABLE: usize = 4;
+/// The distance of an enable register from the reset register of the same bus.
+const ENABLES_AFTER: u32 = 0x20;
 
 /// RCC_CR: the internal oscillator, the crystal, the clock security system, the PLLs.
 const HSION: u32 = 1;
@@ -413,28 +417,48 @@ impl Rcc {
     /// The cycle at which the clock of the peripheral at an address starts; `None` if it is off
     /// (RM0090 sections 7.3.10 to 7.3.14).
     pub(crate) fn clock_of(&self, address: u32) -> Option<u64> {
-        let page = address & !0x3FF;
-        let (register, bit) = match page {
-            0x4002_0000..=0x4002_23FF => (0x30, page >> 10 & 15),
-            0x4002_3000 => (0x30, 12),
-            0x4002_6000 => (0x30, 21),
-            0x4002_6400 => (0x30, 22),
-            0x5000_0000..=0x5003_FFFF => (0x34, 7),
-            0x4000_0000..=0x4000_23FF => (0x40, page >> 10 & 15),
-            0x4000_4400..=0x4000_53FF => (0x40, 17 + ((page - 0x4000_4400) >> 10)),
-            0x4000_7000 => (0x40, 28),
-            0x4001_0000 => (0x44, 0),
-            0x4001_0400 => (0x44, 1),
-            0x4001_1000 => (0x44, 4),
-            0x4001_1400 => (0x44, 5),
-            0x4001_2000 => (0x44, 8),
-            0x4001_3800 => (0x44, 14),
-            0x4001_4000..=0x4001_4BFF => (0x44, 16 + (page >> 10 & 3)),
-            _ => return Some(0),
+        let Some((register, bit)) = enable_of(address) else {
+            return Some(0);
         };
         let on = self.read(register) >> bit & 1 != 0;
         on.then(|| self.since[((register - ENABLE) / 4) as usize][bit as usize])
     }
+
+    /// Whether the peripheral at an address is held in reset.
+    pub(crate) fn is_held(&self, address: u32) -> bool {
+        enable_of(address)
+            .is_some_and(|place| self.read(place.0 - ENABLES_AFTER) >> place.1 & 1 != 0)
+    }
+}
+
+/// Whether a write of `value` to RCC's register at `offset` resets the peripheral at an address.
+pub(crate) fn resets(offset: u32, value: u32, address: u32) -> bool {
+    enable_of(address)
+        .is_some_and(|(register, bit)| register - ENABLES_AFTER == offset && value >> bit & 1 != 0)
+}
+
+/// The enable register and the bit of the peripheral at an address; the reset registers have the
+/// same bits.
+fn enable_of(address: u32) -> Option<(u32, u32)> {
+    let page = address & !0x3FF;
+    Some(match page {
+        0x4002_0000..=0x4002_23FF => (0x30, page >> 10 & 15),
+        0x4002_3000 => (0x30, 12),
+        0x4002_6000 => (0x30, 21),
+        0x4002_6400 => (0x30, 22),
+        0x5000_0000..=0x5003_FFFF => (0x34, 7),
+        0x4000_0000..=0x4000_23FF => (0x40, page >> 10 & 15),
+        0x4000_4400..=0x4000_53FF => (0x40, 17 + ((page - 0x4000_4400) >> 10)),
+        0x4000_7000 => (0x40, 28),
+        0x4001_0000 => (0x44, 0),
+        0x4001_0400 => (0x44, 1),
+        0x4001_1000 => (0x44, 4),
+        0x4001_1400 => (0x44, 5),
+        0x4001_2000 => (0x44, 8),
+        0x4001_3800 => (0x44, 14),
+        0x4001_4000..=0x4001_4BFF => (0x44, 16 + (page >> 10 & 3)),
+        _ => return None,
+    })
 }
 
 /// Whether a value of the register at `offset` asks for nothing that is not modelled.

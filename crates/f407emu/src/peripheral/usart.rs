@@ -117,6 +117,7 @@ impl Usart {
             receive_at: self.receive_at,
             output: core::mem::take(&mut self.output),
             overruns: self.overruns,
+            bus_clock: self.bus_clock,
             ..Usart::new(self.base)
         };
     }

@@ -49,7 +49,7 @@ impl Machine {
         self.dma_changed(index, stream);
     }
 
-    fn dma_changed(&mut self, index: usize, stream: usize) {
+    pub(crate) fn dma_changed(&mut self, index: usize, stream: usize) {
         let up = self.devices.dma[index].interrupt(stream);
         self.nvic.set_line(dma::exception(index, stream), up);
     }
