@@ -265,7 +265,7 @@ impl Machine {
     }
 
     /// Ends the run: the program has made a wrong access.
-    fn stop_astray(&mut self, address: u32, stray: Stray) {
+    pub(crate) fn stop_astray(&mut self, address: u32, stray: Stray) {
         let pc = self.cpu.current();
         self.stray.get_or_insert(Stop::Stray { pc, address, stray });
     }

@@ -130,6 +130,31 @@ mod tests {
     }
 
     #[test]
+    fn the_control_register_keeps_the_bus_while_the_flash_is_busy() {
+        let mut machine = unlocked();
+        machine.write_word(0x4002_3C10, 1 | 2 << 8).unwrap();
+        machine.write_word(0x0800_4000, 0).unwrap();
+        let done = machine.devices.flash.busy_until;
+        assert!(machine.cycle() < done);
+        machine.write_word(0x4002_3C10, 1 << 31).unwrap();
+        assert_eq!(machine.cycle(), done);
+    }
+
+    #[test]
+    fn a_wrong_key_for_the_flash_ends_the_run() {
+        let mut machine = Machine::new(8_000_000);
+        machine.write_word(0x4002_3C04, 1).unwrap();
+        let stop = machine.stray.take();
+        assert!(matches!(
+            stop,
+            Some(Stop::Stray {
+                stray: Stray::WrongKey,
+                ..
+            })
+        ));
+    }
+
+    #[test]
     fn power_lost_while_a_word_is_programmed_clears_some_of_its_bits() {
         let mut machine = unlocked();
         machine.write_word(0x4002_3C10, 1 | 2 << 8).unwrap();

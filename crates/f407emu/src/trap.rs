@@ -87,6 +87,9 @@ pub enum Stray {
     NoRegister,
     /// The register can only be read.
     ReadOnly,
+    /// A wrong key for the flash: a bus error, and locked until the next reset (RM0090 section
+    /// 3.6.1).
+    WrongKey,
     /// The program changes reserved bits, which must keep the value that they had after the reset.
     Reserved {
         /// The written value.
@@ -106,6 +109,7 @@ impl fmt::Display for Stray {
             Stray::InReset => f.write_str("it is held in reset"),
             Stray::NoRegister => f.write_str("there is no register"),
             Stray::ReadOnly => f.write_str("it cannot be written"),
+            Stray::WrongKey => f.write_str("the key is wrong"),
             Stray::Reserved { value, bits } => {
                 write!(f, "{value:#010x} changes the reserved bits {bits:#010x}")
             }

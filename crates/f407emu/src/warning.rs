@@ -34,8 +34,10 @@ pub enum Warning {
         /// HCLK in Hz.
         hclk: u32,
     },
-    /// A key of the flash interface was wrong: the interface stays locked until the next reset.
-    WrongFlashKey,
+    /// FLASH_CR was written while it was locked.
+    FlashLocked,
+    /// A cache of the flash was to be reset while it was on: it stays (RM0090 section 3.9.1).
+    CacheReset,
     /// The flash was written without FLASH_CR.PG.
     FlashWriteNotEnabled,
     /// The flash was written with a width other than FLASH_CR.PSIZE.
@@ -95,7 +97,8 @@ impl fmt::Display for Warning {
             Warning::TooFewWaitStates { hclk } => {
                 write!(f, "too few wait states of the flash for {hclk} Hz")
             }
-            Warning::WrongFlashKey => f.write_str("wrong key for the flash"),
+            Warning::FlashLocked => f.write_str("FLASH_CR written while it is locked"),
+            Warning::CacheReset => f.write_str("a cache of the flash reset while it is on"),
             Warning::FlashWriteNotEnabled => f.write_str("flash written without PG"),
             Warning::FlashWriteWidth => f.write_str("flash written with another width than PSIZE"),
             Warning::NoSuchSector => f.write_str("erase of a sector that does not exist"),

@@ -13,6 +13,7 @@ use crate::{
         rcc::{Clocks, ResetCause},
     },
     record::{Cause, FlashOperation},
+    trap::Stray,
     world::Happening,
 };
 
@@ -144,6 +145,12 @@ impl Machine {
     pub(crate) fn flash_write(&mut self, offset: u32, value: u32, now: u64) {
         const RESETS_CACHES: u32 = 3 << 11;
         let before = self.devices.flash.acr;
+        // FLASH_CR keeps the bus until the operation under way has ended (RM0090 section 3.6.1).
+        let now = match offset {
+            0x10 => now.max(self.devices.flash.busy_until),
+            _ => now,
+        };
+        self.cycle = self.cycle.max(now);
         let time = (now, self.clocks.hclk);
         let flash = &mut self.devices.flash;
         if let Some(erase) = flash.write(offset, value, time, &mut self.warnings) {
@@ -151,6 +158,9 @@ impl Machine {
             self.record_flash_operation(now, erase.range.start, true);
             self.memory.erase(erase.range);
             self.art.flush();
+        }
+        if self.devices.flash.is_barred() {
+            self.stop_astray(0x4002_3C00 + offset, Stray::WrongKey);
         }
         let acr = self.devices.flash.acr;
         if acr != before || acr & RESETS_CACHES != 0 {
