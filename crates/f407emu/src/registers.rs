@@ -5,7 +5,7 @@ use crate::{
     instruction::Width,
     machine::Machine,
     memory::Low,
-    peripheral::{adc, iwdg, nvic::Exception, register_map, timer_map::INSTANCES},
+    peripheral::{adc, iwdg, nvic::Exception, pwr, register_map, timer_map::INSTANCES},
     record::Cause,
     trap::{Stop, Stray},
     warning::Warning,
@@ -13,6 +13,13 @@ use crate::{
 
 /// Where the registers of USB OTG FS begin.
 const USB: u32 = 0x5000_0000;
+
+/// The offset of a port's GPIOx_LCKR.
+const LCKR: u32 = 0x1C;
+
+/// SCB_SCR, and its bit that makes sleep a stop or standby mode.
+const SCR: u32 = 0xE000_ED10;
+const SLEEPDEEP: u32 = 1 << 2;
 
 /// The offset of OTG_FS_GCCFG, which switches USB's transceiver on.
 const GCCFG: u32 = 0x38;
@@ -164,7 +171,11 @@ impl Machine {
                 self.clocks_changed(now);
             }
             Device::Pwr => {
-                if let Some(low) = devices.pwr.write(offset, value) {
+                let changed = devices.pwr.write(offset, value);
+                if !pwr::is_modelled(offset, value) {
+                    self.warnings.add(Warning::NotModelled { address });
+                }
+                if let Some(low) = changed {
                     self.detector_changed(low);
                 }
                 self.check_clocks();
@@ -172,6 +183,9 @@ impl Machine {
             Device::Flash => self.flash_write(offset, value, now),
             Device::Port(index) => {
                 devices.ports[index].write(offset, value);
+                if offset == LCKR {
+                    self.warnings.add(Warning::NotModelled { address });
+                }
                 self.update_pins(index, now, cause);
             }
             Device::Syscfg if offset == MEMRMP => {
@@ -188,6 +202,9 @@ impl Machine {
             Device::Syscfg => devices.exti.write_syscfg(offset, value),
             Device::Exti => {
                 devices.exti.write(offset, value);
+                if !devices.exti.is_modelled() {
+                    self.warnings.add(Warning::NotModelled { address });
+                }
                 self.exti_changed();
             }
             Device::Adc => {
@@ -310,7 +327,12 @@ impl Machine {
             0xE000_ED0C => self.application_control(value),
             0xE000_ED24 => self.set_handler_state(value),
             0xE000_E100..=0xE000_E3FF | 0xE000_EF00 => self.nvic.write(offset, value),
-            0xE000_E000..=0xE000_EFFF => self.scb.write(offset, value),
+            0xE000_E000..=0xE000_EFFF => {
+                if address == SCR && value & SLEEPDEEP != 0 {
+                    self.warnings.add(Warning::NotModelled { address });
+                }
+                self.scb.write(offset, value);
+            }
             DBGMCU_APB1_FZ => self.freeze_apb1 = value,
             _ => {}
         }
@@ -412,6 +434,21 @@ mod tests {
         };
         assert_eq!(after(0), []);
         assert_eq!(after(1 << 16), [Warning::UsbClock { hz: 0 }]);
+    }
+
+    #[test]
+    fn what_is_not_modelled_is_said() {
+        for (address, value) in [
+            (0x4002_0000 + LCKR, 1),
+            (0x4001_3C00, 1 << 17),
+            (0x4001_3C04, 1),
+            (0x4000_7004, 1 << 8),
+            (SCR, SLEEPDEEP),
+        ] {
+            let mut machine = Machine::with_clocks();
+            machine.write_word(address, value).unwrap();
+            assert_eq!(machine.warnings(), [Warning::NotModelled { address }]);
+        }
     }
 
     #[test]

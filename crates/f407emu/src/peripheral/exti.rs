@@ -1,8 +1,10 @@
 //! EXTI, which makes interrupts of edges at pins (RM0090 section 12.2), and SYSCFG, which selects
 //! the port whose pin a line follows (section 9.2).
 //!
-//! `crate::registers` has SYSCFG's memory remapping. Not modelled: internal lines, except for 16,
-//! the voltage detector.
+//! A line's flag rises with its edge, masked or not: section 12.3.6 names no mask.
+//!
+//! `crate::registers` has SYSCFG's memory remapping. Not modelled, and warned of: events (EMR), and
+//! internal lines, except for 16, the voltage detector.
 use super::nvic::Exception;
 
 /// The lines that exist.
@@ -51,6 +53,12 @@ impl Exti {
             (Exception::irq(1), 1 << 16),
         ]
         .map(|(exception, lines)| (exception, up & lines != 0))
+    }
+
+    /// Whether the lines that are in use are modelled.
+    pub(crate) fn is_modelled(&self) -> bool {
+        const MODELLED: u32 = 0x1_FFFF;
+        self.event_mask == 0 && self.interrupt_mask & !MODELLED == 0
     }
 
     /// Reads EXTI's register at `offset` from 0x40013C00.

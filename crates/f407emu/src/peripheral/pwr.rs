@@ -1,7 +1,7 @@
 //! Power control (RM0090 chapter 5): the voltage detector that warns of a brown-out.
 //!
-//! Not modelled: stop and standby modes (sleep is modelled), the backup regulator, and the
-//! detector's thresholds: the supply is either good or low.
+//! Not modelled, and warned of: stop and standby modes (sleep is modelled), the backup regulator.
+//! Not modelled either: the detector's thresholds. The supply is either good or low.
 
 /// PWR_CR.PVDE: the detector is on.
 const DETECTOR: u32 = 1 << 4;
@@ -11,6 +11,12 @@ const SCALE_1: u32 = 1 << 14;
 const LOW: u32 = 1 << 2;
 /// PWR_CSR.VOSRDY: the core's regulator is at its voltage.
 const REGULATOR_READY: u32 = 1 << 14;
+
+/// Whether a value of the register at `offset` asks for nothing that is not modelled: PWR_CSR has
+/// the backup regulator and the wake-up pin.
+pub(crate) fn is_modelled(offset: u32, value: u32) -> bool {
+    offset == 0 || value == 0
+}
 
 /// The power controller.
 #[derive(Clone, Debug)]
