@@ -5,7 +5,7 @@ use crate::{
     instruction::Width,
     machine::Machine,
     memory::Low,
-    peripheral::{adc, iwdg, nvic::Exception, pwr, register_map, timer_map::INSTANCES},
+    peripheral::{adc, iwdg, nvic::Exception, pwr, register_map, timer_map::INSTANCES, usb},
     record::Cause,
     trap::{Stop, Stray},
     warning::Warning,
@@ -122,6 +122,9 @@ impl Machine {
             Device::Iwdg => devices.iwdg.read(offset, now),
             Device::Usb => {
                 let value = devices.usb.read(address - USB);
+                if devices.usb.take_misuse() {
+                    self.warnings.add(Warning::UsbFifo);
+                }
                 self.usb_changed();
                 value
             }
@@ -233,6 +236,12 @@ impl Machine {
             }
             Device::Usb => {
                 devices.usb.write(address - USB, value);
+                if devices.usb.take_misuse() {
+                    self.warnings.add(Warning::UsbFifo);
+                }
+                if !usb::is_modelled(address - USB, value) {
+                    self.warnings.add(Warning::NotModelled { address });
+                }
                 if address - USB == GCCFG {
                     self.check_usb_clock();
                 }
@@ -444,6 +453,9 @@ mod tests {
             (0x4001_3C04, 1),
             (0x4000_7004, 1 << 8),
             (SCR, SLEEPDEEP),
+            (USB + 0x18, 1 << 3),
+            (USB + 0x804, 1 << 9),
+            (USB + 0x920, 1 << 18),
         ] {
             let mut machine = Machine::with_clocks();
             machine.write_word(address, value).unwrap();

@@ -24,6 +24,9 @@ pub enum Warning {
         /// The clock in Hz.
         hz: u32,
     },
+    /// A FIFO of USB overlaps another one or the end of the memory, has overflowed, or was read
+    /// empty or only in part (RM0090 sections 34.13.1 and 34.17.6).
+    UsbFifo,
     /// A peripheral bus is faster than the chip allows (42 MHz APB1, 84 MHz APB2).
     BusTooFast {
         /// HCLK in Hz.
@@ -93,6 +96,7 @@ impl fmt::Display for Warning {
             Warning::PllRunning => f.write_str("settings of a PLL written while it is on"),
             Warning::VoltageTooLow { hclk } => write!(f, "core voltage too low for {hclk} Hz"),
             Warning::UsbClock { hz } => write!(f, "USB switched on with a clock of {hz} Hz"),
+            Warning::UsbFifo => f.write_str("a FIFO of USB is misplaced or misused"),
             Warning::BusTooFast { hclk } => write!(f, "peripheral bus too fast, HCLK {hclk} Hz"),
             Warning::TooFewWaitStates { hclk } => {
                 write!(f, "too few wait states of the flash for {hclk} Hz")

@@ -29,8 +29,11 @@ pub(super) fn place(offset: u32) -> (usize, u32) {
     ((offset >> 5) as usize, offset & 0x1F)
 }
 
-fn controlled(before: u32, value: u32) -> u32 {
-    let mut control = before & (EPENA | NAKSTS) | value & KEPT;
+/// The control register of endpoint `index` after `value` has been written to it. The program can
+/// set the stall of endpoint 0, but cannot end it.
+fn controlled(before: u32, value: u32, index: usize) -> u32 {
+    let sticky = if index == 0 { STALL } else { 0 };
+    let mut control = before & (EPENA | NAKSTS | sticky) | value & KEPT;
     if value & CNAK != 0 {
         control &= !NAKSTS;
     }
@@ -72,13 +75,15 @@ impl Registers {
         }
     }
 
-    pub(super) fn write(&mut self, register: u32, value: u32) {
+    /// Writes a register of endpoint `index`. An endpoint that is not enabled has nothing to
+    /// disable.
+    pub(super) fn write(&mut self, index: usize, register: u32, value: u32) {
         match register {
             0x00 => {
-                self.control = controlled(self.control, value);
-                if value & EPDIS != 0 {
+                if value & EPDIS != 0 && self.control & EPENA != 0 {
                     self.flags |= EPDISD;
                 }
+                self.control = controlled(self.control, value, index);
             }
             0x08 => self.flags &= !value,
             0x10 => self.size = value,
@@ -89,6 +94,17 @@ impl Registers {
     /// A request has come: ends a stall, and drops a transfer under way.
     pub(super) fn begin_request(&mut self) {
         self.control = self.control & !STALL | NAKSTS;
+    }
+
+    /// The host has reset the bus: only endpoint 0 stays active.
+    pub(super) fn deactivate(&mut self) {
+        self.control &= !USBAEP;
+    }
+
+    /// The program has taken the end of a SETUP stage: OUT endpoint 0 is no longer enabled
+    /// (section 34.17.6).
+    pub(super) fn end_setup(&mut self) {
+        self.control &= !EPENA;
     }
 
     /// The answer of endpoint `index` when it cannot take part in a transfer; `None` if it can.
