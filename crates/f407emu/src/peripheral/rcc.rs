@@ -25,6 +25,7 @@ const CFGR: usize = 2;
 const CIR: usize = 3;
 const BDCR: usize = 0x70 / 4;
 const CSR: usize = 0x74 / 4;
+const SSCGR: usize = 0x80 / 4;
 /// The number of registers up to RCC_PLLI2SCFGR (0x84).
 const REGISTERS: usize = 0x88 / 4;
 
@@ -56,6 +57,8 @@ const CSSF: u32 = 1 << 7;
 const CSSC: u32 = 1 << 23;
 /// RCC_CSR: remove the reset flags.
 const RMVF: u32 = 1 << 24;
+/// RCC_SSCGR: the PLL's spectrum is spread.
+const SSCGEN: u32 = 1 << 31;
 /// The values of RCC_AHB1LPENR and the following registers after a reset: every clock runs on in
 /// sleep.
 const SLEEP_ENABLES: [(usize, u32); 5] = [
@@ -138,14 +141,15 @@ impl Rcc {
         rcc
     }
 
-    /// Sets the reset values; the flags of earlier causes and the backup domain stay.
+    /// Sets the reset values; the backup domain stays. The flags of earlier causes end with a power
+    /// reset only, which a brown-out is too (RM0090 sections 7.1.2 and 7.3.21).
     pub(crate) fn reset(&mut self, cause: ResetCause) {
         let kept = match cause {
             ResetCause::PowerOn => (0, 0),
-            ResetCause::Pin
-            | ResetCause::Software
-            | ResetCause::Watchdog
-            | ResetCause::BrownOut => (self.registers[CSR] & !3, self.registers[BDCR]),
+            ResetCause::BrownOut => (0, self.registers[BDCR]),
+            ResetCause::Pin | ResetCause::Software | ResetCause::Watchdog => {
+                (self.registers[CSR] & !3, self.registers[BDCR])
+            }
         };
         self.registers = [0; REGISTERS];
         self.registers[CR] = 0x83;
@@ -468,6 +472,7 @@ fn is_modelled(offset: u32, value: u32) -> bool {
         CFGR => value & OUTPUTS == 0,
         CIR => value & READY_INTERRUPTS == 0,
         BDCR => value == 0,
+        SSCGR => value & SSCGEN == 0,
         _ => SLEEP_ENABLES.iter().all(awake),
     }
 }
@@ -562,7 +567,13 @@ mod tests {
 
     #[test]
     fn what_is_not_modelled_is_said() {
-        for (offset, value) in [(0x08, 1 << 21), (0x0C, 1 << 12), (0x60, 0), (0x70, 1)] {
+        for (offset, value) in [
+            (0x08, 1 << 21),
+            (0x0C, 1 << 12),
+            (0x60, 0),
+            (0x70, 1),
+            (0x80, SSCGEN),
+        ] {
             let (mut rcc, mut warnings) = started();
             rcc.write(offset, value, 0, &mut warnings);
             let address = BASE + offset;
@@ -622,6 +633,7 @@ mod tests {
     fn a_brown_out_is_told_from_power_that_comes_on() {
         let mut rcc = Rcc::new(8_000_000);
         rcc.write(0x74, RMVF, 0, &mut Warnings::default());
+        rcc.reset(ResetCause::Watchdog);
         rcc.reset(ResetCause::BrownOut);
         assert_eq!(rcc.read(0x74), 0x0600_0000);
     }
