@@ -12,14 +12,16 @@
 //! Not modelled, and warned of: host mode, isochronous transfers, global NAKs, low power, and
 //! interrupts other than these: end of transfer of the IN endpoints, reset, speed, suspend, wake-up
 //! (which never comes), received data. FIFOs that overlap, overflow or are read empty are warned of,
-//! too. Not modelled either: data toggles, line errors, the count of SETUP packets, and the suspend
-//! interrupt of a device without a cable.
+//! too. Not modelled either: data toggles, line errors, the count of SETUP packets, the turnaround
+//! time (GUSBCFG.TRDT), the choice of the mode (GUSBCFG.FDMOD: it is a device always), the supply
+//! of the cable, frame numbers and suspend in DSTS, and the suspend interrupt of a device without a
+//! cable.
 mod endpoint;
 mod host;
 
 pub(crate) use host::Host;
 
-use core::ops::Range;
+use core::ops::{Range, RangeInclusive};
 use endpoint::{In, Out};
 use std::collections::{HashMap, VecDeque};
 
@@ -45,6 +47,8 @@ const IEPINT: u32 = 1 << 18;
 const CLEARED: u32 = USBSUSP | USBRST | ENUMDNE | 1 << 31;
 /// OTG_FS_GCCFG.PWRDWN: the transceiver is on.
 const PWRDWN: u32 = 1 << 16;
+/// OTG_FS_DCFG.DSPD: the device's speed.
+const DSPD: u32 = 3;
 /// OTG_FS_DCTL.SDIS: no pull-up, so that the host sees no device.
 const SDIS: u32 = 1 << 1;
 /// OTG_FS_CID after a reset.
@@ -60,6 +64,8 @@ const SETUP_DATA: u32 = 6;
 const SETUP_ROOM: usize = 10;
 /// The words of memory for all FIFOs (section 34.2.1): 1.25 KB.
 const MEMORY: usize = 320;
+/// The words of one FIFO (section 34.16.2, GRXFSIZ and DIEPTXF0).
+const DEPTHS: RangeInclusive<usize> = 16..=256;
 /// The number of endpoints in each direction.
 const ENDPOINTS: usize = 4;
 
@@ -257,9 +263,7 @@ impl Usb {
 
     fn reset_parts(&mut self, value: u32) {
         if value & CSRST != 0 {
-            self.flags = 0;
-            self.ins = Default::default();
-            self.outs = Default::default();
+            self.soft_reset();
         }
         if value & (RXFFLSH | CSRST) != 0 {
             self.receive.clear();
@@ -273,6 +277,20 @@ impl Usb {
                 }
             }
         }
+    }
+
+    /// The program resets the controller: the speed (DCFG.DSPD) and PCGCCTL stay (section 34.16.2,
+    /// GRSTCTL).
+    fn soft_reset(&mut self) {
+        let kept = [(0x800, DSPD), (0xE00, u32::MAX)];
+        let kept = kept.map(|(offset, bits)| (offset, self.plain(offset) & bits));
+        let host = core::mem::take(&mut self.host);
+        *self = Usb {
+            host,
+            misuse: self.misuse,
+            ..Usb::default()
+        };
+        self.written.extend(kept);
     }
 
     fn pop_entry(&mut self) -> u32 {
@@ -327,8 +345,11 @@ impl Usb {
             let theirs = self.transmit_place(other);
             other == index || !active || theirs.end <= place.start || place.end <= theirs.start
         };
+        let receive = self.plain(0x24) as usize;
         self.ins[index].fifo.len() <= 4 * place.len()
-            && place.start >= self.plain(0x24) as usize
+            && DEPTHS.contains(&place.len())
+            && DEPTHS.contains(&receive)
+            && place.start >= receive
             && place.end <= MEMORY
             && (0..ENDPOINTS).all(is_apart)
     }
@@ -593,6 +614,7 @@ mod tests {
         assert!(misuse(&[(0x104, 16 << 16 | 77)], 1), "overlaps another");
         assert!(misuse(&[(0x24, 79)], 1), "overlaps the receive FIFO");
         assert!(misuse(&[(0x104, 16 << 16 | 305)], 1), "beyond the memory");
+        assert!(misuse(&[(0x104, 15 << 16 | 78)], 1), "less than 16 words");
         for offset in [0x20, 0x1000] {
             let mut usb = ready();
             usb.read(offset);
@@ -604,5 +626,17 @@ mod tests {
         usb.read(0x1000);
         usb.read(0x20);
         assert!(usb.take_misuse(), "a word was left");
+    }
+
+    #[test]
+    fn a_soft_reset_resets_the_registers_but_the_speed() {
+        let mut usb = ready();
+        usb.write(0x38, PWRDWN);
+        usb.write(0x800, DSPD | 5 << 4);
+        usb.write(0x10, CSRST);
+        let left = [0x18, 0x38, 0x800, 0x81C].map(|offset| usb.read(offset));
+        assert_eq!(left, [0, 0, DSPD, 0]);
+        assert_eq!(usb.read(0x24), 0x200);
+        assert_eq!(usb.read(0x10), IDLE);
     }
 }
