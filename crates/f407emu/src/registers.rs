@@ -29,6 +29,8 @@ const MEMRMP: u32 = 0;
 
 /// DBGMCU_APB1_FZ (RM0090 section 38.16.4).
 const DBGMCU_APB1_FZ: u32 = 0xE004_2008;
+/// The watchdog's clock stands still while a debugger stops the core.
+pub(crate) const DBG_IWDG_STOP: u32 = 1 << 12;
 
 /// A peripheral, by its place in `Devices`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -337,13 +339,13 @@ impl Machine {
             0xE000_ED24 => self.set_handler_state(value),
             0xE000_E100..=0xE000_E3FF | 0xE000_EF00 => self.nvic.write(offset, value),
             0xE000_E000..=0xE000_EFFF => {
-                if address == SCR && value & SLEEPDEEP != 0 {
-                    self.warnings.add(Warning::NotModelled { address });
-                }
                 self.scb.write(offset, value);
             }
             DBGMCU_APB1_FZ => self.freeze_apb1 = value,
             _ => {}
+        }
+        if !is_modelled_here(address, value) {
+            self.warnings.add(Warning::NotModelled { address });
         }
         self.nvic.changed = true;
     }
@@ -406,6 +408,19 @@ const FAULTS: [(u32, Exception); 3] = [
     (18, Exception::USAGE_FAULT),
 ];
 
+/// Whether a value of a register of the private peripheral bus asks for nothing that is not
+/// modelled: deep sleep, the MPU, trace, and of the debug component all but the watchdog's clock
+/// (RM0090 section 38.16).
+fn is_modelled_here(address: u32, value: u32) -> bool {
+    match address {
+        SCR => value & SLEEPDEEP == 0,
+        DBGMCU_APB1_FZ => value & !DBG_IWDG_STOP == 0,
+        0xE000_ED90..=0xE000_EDBF => false,
+        0xE000_1000..=0xE000_1FFF | 0xE000_E000..=0xE000_EFFF => true,
+        _ => false,
+    }
+}
+
 /// Whether the manual allows a program to write a word to a register. The program has written only
 /// the bits in `lanes`.
 fn is_proper(address: u32, value: u32, lanes: u32) -> Result<(), Stray> {
@@ -453,6 +468,9 @@ mod tests {
             (0x4001_3C04, 1),
             (0x4000_7004, 1 << 8),
             (SCR, SLEEPDEEP),
+            (0xE000_ED94, 1),
+            (DBGMCU_APB1_FZ, 1),
+            (DBGMCU_APB1_FZ - 4, 1),
             (USB + 0x18, 1 << 3),
             (USB + 0x804, 1 << 9),
             (USB + 0x920, 1 << 18),
