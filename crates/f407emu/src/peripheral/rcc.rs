@@ -23,6 +23,7 @@ const CR: usize = 0;
 const PLLCFGR: usize = 1;
 const CFGR: usize = 2;
 const CIR: usize = 3;
+const AHB1ENR: usize = 0x30 / 4;
 const BDCR: usize = 0x70 / 4;
 const CSR: usize = 0x74 / 4;
 const SSCGR: usize = 0x80 / 4;
@@ -55,6 +56,8 @@ const PLL_FROM_CRYSTAL: u32 = 1 << 22;
 /// RCC_CIR: the clock security system has found the crystal stopped.
 const CSSF: u32 = 1 << 7;
 const CSSC: u32 = 1 << 23;
+/// RCC_AHB1ENR: the clock of CCM, on after a reset (section 7.3.10).
+const CCMDATARAMEN: u32 = 1 << 20;
 /// RCC_CSR: remove the reset flags.
 const RMVF: u32 = 1 << 24;
 /// RCC_SSCGR: the PLL's spectrum is spread.
@@ -154,7 +157,7 @@ impl Rcc {
         self.registers = [0; REGISTERS];
         self.registers[CR] = 0x83;
         self.registers[PLLCFGR] = 0x2400_3010;
-        self.registers[0x30 / 4] = 0x0010_0000;
+        self.registers[AHB1ENR] = CCMDATARAMEN;
         for (offset, value) in SLEEP_ENABLES {
             self.registers[offset / 4] = value;
         }
@@ -469,6 +472,7 @@ fn enable_of(address: u32) -> Option<(u32, u32)> {
 fn is_modelled(offset: u32, value: u32) -> bool {
     let awake = |&(place, bits): &(usize, u32)| place as u32 != offset || value == bits;
     match offset as usize / 4 {
+        AHB1ENR => value & CCMDATARAMEN != 0,
         CFGR => value & OUTPUTS == 0,
         CIR => value & READY_INTERRUPTS == 0,
         BDCR => value == 0,
