@@ -9,7 +9,7 @@ const NAKSTS: u32 = 1 << 17;
 const STALL: u32 = 1 << 21;
 const CNAK: u32 = 1 << 26;
 const SNAK: u32 = 1 << 27;
-const EPDIS: u32 = 1 << 30;
+pub(super) const EPDIS: u32 = 1 << 30;
 const EPENA: u32 = 1 << 31;
 /// Bits of the control register that keep the written value: type, number of the FIFO, snooping,
 /// largest packet, active, stall.
@@ -75,6 +75,11 @@ impl Registers {
         }
     }
 
+    /// Whether the program has enabled a transfer.
+    pub(super) fn is_enabled(&self) -> bool {
+        self.control & EPENA != 0
+    }
+
     /// Writes a register of endpoint `index`. An endpoint that is not enabled has nothing to
     /// disable.
     pub(super) fn write(&mut self, index: usize, register: u32, value: u32) {
@@ -132,11 +137,13 @@ impl Registers {
         let packets = self.packets().saturating_sub(1);
         let left = self.bytes().saturating_sub(bytes);
         self.size = self.size & !(XFRSIZ | PKTCNT) | packets << 19 | left;
-        if packets == 0 {
-            self.control = self.control & !EPENA | NAKSTS;
-            self.flags |= XFRC;
-        }
         packets == 0
+    }
+
+    /// A transfer has ended: the program knows of it.
+    pub(super) fn end_transfer(&mut self) {
+        self.control &= !EPENA;
+        self.flags |= XFRC;
     }
 }
 
@@ -172,7 +179,9 @@ impl In {
         }
         let mut data: Vec<u8> = self.fifo.drain(..4 * words).collect();
         data.truncate(length as usize);
-        self.registers.packet(length);
+        if self.registers.packet(length) {
+            self.registers.end_transfer();
+        }
         Answer::Ack(data)
     }
 }
@@ -184,8 +193,15 @@ pub(super) struct Out {
 }
 
 impl Out {
-    /// Counts a packet. Answers whether it was the transfer's last one.
-    pub(super) fn take(&mut self, length: usize) -> bool {
-        self.registers.packet(length as u32)
+    /// Counts a packet of endpoint `index`. Answers whether it was the transfer's last one, as a
+    /// short one is: no more are taken. The endpoint stays enabled until the program has read that
+    /// the transfer has ended (section 34.17.6).
+    pub(super) fn take(&mut self, index: usize, length: usize) -> bool {
+        let is_short = (length as u32) < largest(self.registers.control, index);
+        let is_last = self.registers.packet(length as u32) || is_short;
+        if is_last {
+            self.registers.control |= NAKSTS;
+        }
+        is_last
     }
 }

@@ -248,11 +248,17 @@ impl Usb {
             }
             0xB00..=0xB7F => {
                 let (index, register) = endpoint::place(offset - 0xB00);
-                self.outs[index].registers.write(index, register, value);
+                // OUT endpoint 0 cannot be disabled (section 34.16.4).
+                let fixed = if offset == 0xB00 { endpoint::EPDIS } else { 0 };
+                self.outs[index]
+                    .registers
+                    .write(index, register, value & !fixed);
             }
             0x1000..=0x4FFF => {
                 let index = (offset >> 12) as usize - 1;
                 self.ins[index].fifo.extend(value.to_le_bytes());
+                // The endpoint is enabled before its data are written (section 34.17.6).
+                self.misuse |= !self.ins[index].registers.is_enabled();
                 self.misuse |= !self.has_good_fifo(index);
             }
             _ => {
@@ -300,8 +306,11 @@ impl Usb {
             self.misuse = true;
             return 0;
         };
-        if entry.status >> 17 & 0xF == SETUP_COMPLETE {
-            self.outs[0].registers.end_setup();
+        let out = &mut self.outs[entry.status as usize & 0xF].registers;
+        match entry.status >> 17 & 0xF {
+            SETUP_COMPLETE => out.end_setup(),
+            OUT_COMPLETE => out.end_transfer(),
+            _ => {}
         }
         self.data = entry.data.into();
         entry.status
@@ -424,7 +433,7 @@ impl Usb {
             return Answer::Nak;
         }
         self.receive.push_back(Entry::new(endpoint, OUT_DATA, data));
-        if out.take(data.len()) {
+        if out.take(endpoint, data.len()) {
             self.receive
                 .push_back(Entry::new(endpoint, OUT_COMPLETE, &[]));
         }
@@ -510,6 +519,32 @@ mod tests {
         usb.write(0xB20, 1 << 31 | 1 << 26 | 1 << 15 | 64);
         assert_eq!(usb.out(5, 1, b"?"), Answer::Ack(vec![]));
         assert_eq!(usb.out(6, 1, b"?"), Answer::Nothing, "another device");
+    }
+
+    #[test]
+    fn a_transfer_has_ended_when_the_program_has_read_so() {
+        let mut usb = ready();
+        usb.write(0xB30, 2 << 19 | 128);
+        usb.out(5, 1, b"?");
+        assert_eq!(
+            usb.out(5, 1, b"!"),
+            Answer::Nak,
+            "a short packet is the last one"
+        );
+        usb.write(0xB20, 1 << 31 | 1 << 26 | 1 << 15 | 64);
+        usb.read(0x20);
+        usb.read(0x1000);
+        assert_eq!((usb.read(0xB20) >> 31, usb.read(0xB28)), (1, 0));
+        assert_eq!(usb.read(0x20), 1 | OUT_COMPLETE << 17);
+        assert_eq!((usb.read(0xB20) >> 31, usb.read(0xB28)), (0, 1));
+        assert_eq!(usb.out(5, 1, b"!"), Answer::Nak, "enabled too early");
+    }
+
+    #[test]
+    fn out_endpoint_0_cannot_be_disabled() {
+        let mut usb = ready();
+        usb.write(0xB00, 1 << 30);
+        assert_eq!((usb.read(0xB00) >> 31, usb.read(0xB08)), (1, 0));
     }
 
     #[test]
@@ -601,6 +636,7 @@ mod tests {
     fn wrong_uses_of_fifos_are_noticed() {
         let misuse = |setup: &[(u32, u32)], words: usize| {
             let mut usb = ready();
+            usb.write(0x920, 1 << 31 | 1 << 26 | 1 << 15 | 64);
             for &(offset, value) in setup {
                 usb.write(offset, value);
             }
@@ -615,6 +651,7 @@ mod tests {
         assert!(misuse(&[(0x24, 79)], 1), "overlaps the receive FIFO");
         assert!(misuse(&[(0x104, 16 << 16 | 305)], 1), "beyond the memory");
         assert!(misuse(&[(0x104, 15 << 16 | 78)], 1), "less than 16 words");
+        assert!(misuse(&[(0x920, 1 << 30 | 1 << 15 | 64)], 1), "not enabled");
         for offset in [0x20, 0x1000] {
             let mut usb = ready();
             usb.read(offset);
