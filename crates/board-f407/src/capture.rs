@@ -109,8 +109,8 @@ impl Input {
 
     fn take_edges(&self, memory: &'static [AtomicU32]) {
         let stream = self.stream();
-        // A stream starts only with its flags cleared (RM0090 section 10.3.17): six bits of the low
-        // or the high register.
+        // A stream starts only with its flags cleared (RM0090 section 10.3.17): five bits of six in
+        // the low or the high register (sections 10.5.3 and 10.5.4).
         match self.stream_number() {
             1 => capture_dma().lifcr().put(0x3D << 6),
             6 => capture_dma().hifcr().put(0x3D << 16),

@@ -2,8 +2,8 @@
 //!
 //! The flash is read in lines of 16 bytes, and each line takes `wait states + 1` cycles. The
 //! accelerator keeps 64 lines of instructions and 8 lines of constants (ACR.ICEN, DCEN), and reads
-//! the next line ahead (ACR.PRFTEN). The manual gives these sizes. Replacing the least recently
-//! used line is an assumption.
+//! the next line ahead (ACR.PRFTEN). The least recently used line is replaced. The manual says so of
+//! the instructions, and that the data cache works in the same way.
 
 /// FLASH_ACR: the field of the wait states.
 const LATENCY: u32 = 7;

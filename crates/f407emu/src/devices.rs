@@ -83,26 +83,52 @@ impl Devices {
     /// Resets all peripherals. The world outside goes on driving the pins and sending.
     pub(crate) fn reset(&mut self, cause: ResetCause, now: u64) {
         self.rcc.reset(cause);
-        self.pwr.reset();
         self.flash = Flash::new();
-        for (index, port) in self.ports.iter_mut().enumerate() {
-            let (world, levels) = (port.world, port.levels);
-            *port = Gpio::new(index);
-            (port.world, port.levels) = (world, levels);
-        }
         self.exti = Exti::default();
-        self.adc.reset();
-        self.crc = Crc::new();
-        self.usarts.iter_mut().for_each(Usart::reset);
-        for timer in &mut self.timers {
-            *timer = Timer::new(timer.instance);
-        }
-        self.dma = Default::default();
+        self.reset_some(|_| true, now);
         self.systick = SysTick::new();
         self.dwt = Dwt::new();
         self.iwdg = Iwdg::new(self.iwdg.lsi_hz(), self.rcc.clocks().hclk);
-        self.usb.reset(now);
         self.others.clear();
+    }
+
+    /// Resets the peripherals that RCC has reset bits for and whose base addresses `are_reset`.
+    pub(crate) fn reset_some(&mut self, are_reset: impl Fn(u32) -> bool, now: u64) {
+        for (index, port) in self.ports.iter_mut().enumerate() {
+            if are_reset(0x4002_0000 + 0x400 * index as u32) {
+                port.reset(index);
+            }
+        }
+        for (usart, base) in self.usarts.iter_mut().zip(USARTS) {
+            if are_reset(base) {
+                usart.reset();
+            }
+        }
+        for timer in &mut self.timers {
+            if are_reset(timer.instance.base) {
+                *timer = Timer::new(timer.instance);
+            }
+        }
+        for (dma, base) in self.dma.iter_mut().zip([0x4002_6000, 0x4002_6400]) {
+            if are_reset(base) {
+                *dma = Dma::default();
+            }
+        }
+        if are_reset(0x4000_7000) {
+            self.pwr.reset();
+        }
+        if are_reset(0x4001_2000) {
+            self.adc.reset();
+        }
+        if are_reset(0x4001_3800) {
+            self.exti.reset_syscfg();
+        }
+        if are_reset(0x4002_3000) {
+            self.crc = Crc::new();
+        }
+        if are_reset(0x5000_0000) {
+            self.usb.reset(now);
+        }
     }
 
     /// The cycle of the next event of any peripheral.

@@ -16,6 +16,7 @@ use crate::{
         scb::Scb,
     },
     record::{Cause, Duty, Edge, FlashOperation, Match, Pin, Profile, Profiler, Service, Tamper},
+    registers::DBG_IWDG_STOP,
     timing::Timing,
     trap::{Stop, Trap},
     turns::{Spent, Turns},
@@ -320,7 +321,6 @@ impl Machine {
     /// DBGMCU_APB1_FZ says whether the watchdog does (RM0090 section 38.16.4). Ends early if the
     /// watchdog resets the chip. Not modelled: the other peripherals that this register stops.
     pub fn halt(&mut self, cycles: u64) {
-        const DBG_IWDG_STOP: u32 = 1 << 12;
         if self.freeze_apb1 & DBG_IWDG_STOP != 0 {
             self.devices.iwdg.stand_still(cycles);
             self.reschedule();

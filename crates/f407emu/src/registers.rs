@@ -5,7 +5,7 @@ use crate::{
     instruction::Width,
     machine::Machine,
     memory::Low,
-    peripheral::{adc, dma::Dma, iwdg, nvic::Exception, register_map, timer_map::INSTANCES},
+    peripheral::{adc, iwdg, nvic::Exception, pwr, register_map, timer_map::INSTANCES, usb},
     record::Cause,
     trap::{Stop, Stray},
     warning::Warning,
@@ -14,11 +14,23 @@ use crate::{
 /// Where the registers of USB OTG FS begin.
 const USB: u32 = 0x5000_0000;
 
+/// The offset of a port's GPIOx_LCKR.
+const LCKR: u32 = 0x1C;
+
+/// SCB_SCR, and its bit that makes sleep a stop or standby mode.
+const SCR: u32 = 0xE000_ED10;
+const SLEEPDEEP: u32 = 1 << 2;
+
+/// The offset of OTG_FS_GCCFG, which switches USB's transceiver on.
+const GCCFG: u32 = 0x38;
+
 /// The offset of SYSCFG_MEMRMP in SYSCFG.
 const MEMRMP: u32 = 0;
 
 /// DBGMCU_APB1_FZ (RM0090 section 38.16.4).
 const DBGMCU_APB1_FZ: u32 = 0xE004_2008;
+/// The watchdog's clock stands still while a debugger stops the core.
+pub(crate) const DBG_IWDG_STOP: u32 = 1 << 12;
 
 /// A peripheral, by its place in `Devices`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -112,6 +124,9 @@ impl Machine {
             Device::Iwdg => devices.iwdg.read(offset, now),
             Device::Usb => {
                 let value = devices.usb.read(address - USB);
+                if devices.usb.take_misuse() {
+                    self.warnings.add(Warning::UsbFifo);
+                }
                 self.usb_changed();
                 value
             }
@@ -157,17 +172,25 @@ impl Machine {
         match Device::at(address) {
             Device::Rcc => {
                 devices.rcc.write(offset, value, now, &mut self.warnings);
-                self.reset_dma(offset, value);
+                self.reset_peripherals(offset, value, now);
                 self.clocks_changed(now);
             }
             Device::Pwr => {
-                if let Some(low) = devices.pwr.write(offset, value) {
+                let changed = devices.pwr.write(offset, value);
+                if !pwr::is_modelled(offset, value) {
+                    self.warnings.add(Warning::NotModelled { address });
+                }
+                if let Some(low) = changed {
                     self.detector_changed(low);
                 }
+                self.check_clocks();
             }
             Device::Flash => self.flash_write(offset, value, now),
             Device::Port(index) => {
                 devices.ports[index].write(offset, value);
+                if offset == LCKR {
+                    self.warnings.add(Warning::NotModelled { address });
+                }
                 self.update_pins(index, now, cause);
             }
             Device::Syscfg if offset == MEMRMP => {
@@ -184,6 +207,9 @@ impl Machine {
             Device::Syscfg => devices.exti.write_syscfg(offset, value),
             Device::Exti => {
                 devices.exti.write(offset, value);
+                if !devices.exti.is_modelled() {
+                    self.warnings.add(Warning::NotModelled { address });
+                }
                 self.exti_changed();
             }
             Device::Adc => {
@@ -212,6 +238,15 @@ impl Machine {
             }
             Device::Usb => {
                 devices.usb.write(address - USB, value);
+                if devices.usb.take_misuse() {
+                    self.warnings.add(Warning::UsbFifo);
+                }
+                if !usb::is_modelled(address - USB, value) {
+                    self.warnings.add(Warning::NotModelled { address });
+                }
+                if address - USB == GCCFG {
+                    self.check_usb_clock();
+                }
                 self.usb_changed();
             }
             Device::Other => {
@@ -221,12 +256,11 @@ impl Machine {
         }
     }
 
-    /// RCC_AHB1RSTR (RM0090 section 7.3.5): resets the DMA controllers.
-    fn reset_dma(&mut self, offset: u32, value: u32) {
-        for (index, dma) in self.devices.dma.iter_mut().enumerate() {
-            if offset == 0x10 && value >> (21 + index) & 1 != 0 {
-                *dma = Dma::default();
-            }
+    /// Warns if USB is on with a clock that is not within 0.25 % of 48 MHz.
+    fn check_usb_clock(&mut self) {
+        let hz = self.devices.rcc.usb_hz();
+        if self.devices.usb.is_on() && !(47_880_000..=48_120_000).contains(&hz) {
+            self.warnings.add(Warning::UsbClock { hz });
         }
     }
 
@@ -247,8 +281,10 @@ impl Machine {
 
     /// Whether a peripheral has its clock. Otherwise the access ends the run.
     fn is_clocked(&mut self, address: u32, now: u64) -> bool {
-        let stray = match self.devices.rcc.clock_of(address) {
+        let rcc = &self.devices.rcc;
+        let stray = match rcc.clock_of(address) {
             None => Stray::ClockOff,
+            _ if rcc.is_held(address) => Stray::InReset,
             Some(since) if now < since => Stray::ClockTooFresh { left: since - now },
             Some(_) => return true,
         };
@@ -257,7 +293,7 @@ impl Machine {
     }
 
     /// Ends the run: the program has made a wrong access.
-    fn stop_astray(&mut self, address: u32, stray: Stray) {
+    pub(crate) fn stop_astray(&mut self, address: u32, stray: Stray) {
         let pc = self.cpu.current();
         self.stray.get_or_insert(Stop::Stray { pc, address, stray });
     }
@@ -302,9 +338,14 @@ impl Machine {
             0xE000_ED0C => self.application_control(value),
             0xE000_ED24 => self.set_handler_state(value),
             0xE000_E100..=0xE000_E3FF | 0xE000_EF00 => self.nvic.write(offset, value),
-            0xE000_E000..=0xE000_EFFF => self.scb.write(offset, value),
+            0xE000_E000..=0xE000_EFFF => {
+                self.scb.write(offset, value);
+            }
             DBGMCU_APB1_FZ => self.freeze_apb1 = value,
             _ => {}
+        }
+        if !is_modelled_here(address, value) {
+            self.warnings.add(Warning::NotModelled { address });
         }
         self.nvic.changed = true;
     }
@@ -367,6 +408,19 @@ const FAULTS: [(u32, Exception); 3] = [
     (18, Exception::USAGE_FAULT),
 ];
 
+/// Whether a value of a register of the private peripheral bus asks for nothing that is not
+/// modelled: deep sleep, the MPU, trace, and of the debug component all but the watchdog's clock
+/// (RM0090 section 38.16).
+fn is_modelled_here(address: u32, value: u32) -> bool {
+    match address {
+        SCR => value & SLEEPDEEP == 0,
+        DBGMCU_APB1_FZ => value & !DBG_IWDG_STOP == 0,
+        0xE000_ED90..=0xE000_EDBF => false,
+        0xE000_1000..=0xE000_1FFF | 0xE000_E000..=0xE000_EFFF => true,
+        _ => false,
+    }
+}
+
 /// Whether the manual allows a program to write a word to a register. The program has written only
 /// the bits in `lanes`.
 fn is_proper(address: u32, value: u32, lanes: u32) -> Result<(), Stray> {
@@ -393,6 +447,38 @@ mod tests {
         assert_eq!(Device::at(0x4002_1018), Device::Port(4));
         assert_eq!(Device::at(0x4002_6488), Device::Dma(1));
         assert_eq!(Device::at(0x5000_0800), Device::Usb);
+    }
+
+    #[test]
+    fn usb_needs_a_clock_of_48_mhz() {
+        let mut machine = Machine::with_clocks();
+        let mut after = |value| {
+            machine.write_word(USB + GCCFG, value).unwrap();
+            machine.warnings().to_vec()
+        };
+        assert_eq!(after(0), []);
+        assert_eq!(after(1 << 16), [Warning::UsbClock { hz: 0 }]);
+    }
+
+    #[test]
+    fn what_is_not_modelled_is_said() {
+        for (address, value) in [
+            (0x4002_0000 + LCKR, 1),
+            (0x4001_3C00, 1 << 17),
+            (0x4001_3C04, 1),
+            (0x4000_7004, 1 << 8),
+            (SCR, SLEEPDEEP),
+            (0xE000_ED94, 1),
+            (DBGMCU_APB1_FZ, 1),
+            (DBGMCU_APB1_FZ - 4, 1),
+            (USB + 0x18, 1 << 3),
+            (USB + 0x804, 1 << 9),
+            (USB + 0x920, 1 << 18),
+        ] {
+            let mut machine = Machine::with_clocks();
+            machine.write_word(address, value).unwrap();
+            assert_eq!(machine.warnings(), [Warning::NotModelled { address }]);
+        }
     }
 
     #[test]

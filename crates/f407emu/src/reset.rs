@@ -4,10 +4,17 @@ use crate::{
     cpu::Cpu,
     machine::Machine,
     memory::{Low, Unfinished, FLASH},
-    peripheral::{nvic::Nvic, rcc::ResetCause, scb::Scb},
+    peripheral::{
+        nvic::Nvic,
+        rcc::{resets, ResetCause},
+        scb::Scb,
+    },
     record::Cause,
 };
 use core::ops::Range;
+
+/// The base address of SYSCFG, which maps a memory to address 0.
+const SYSCFG: u32 = 0x4001_3800;
 
 impl Machine {
     /// Stores the contents that an operation of the flash is about to change.
@@ -43,6 +50,30 @@ impl Machine {
         self.locked = None;
         self.update_all_pins(cycle, Cause::Reset);
         self.boot();
+    }
+
+    /// A write of `value` to RCC's register at `offset` (RM0090 sections 7.3.5 to 7.3.9): resets the
+    /// peripherals whose bits are set. Pins that they drove go back to the port.
+    pub(crate) fn reset_peripherals(&mut self, offset: u32, value: u32, now: u64) {
+        if !(0x10..0x28).contains(&offset) || value == 0 {
+            return;
+        }
+        self.devices
+            .reset_some(|base| resets(offset, value, base), now);
+        if resets(offset, value, SYSCFG) {
+            self.memory.low = Low::Flash;
+        }
+        self.update_all_pins(now, Cause::Reset);
+        for index in 0..self.devices.timers.len() {
+            self.update_timer_lines(index);
+        }
+        for index in 0..self.devices.usarts.len() {
+            self.usart_changed(index);
+        }
+        for (index, stream) in (0..2).flat_map(|index| (0..8).map(move |stream| (index, stream))) {
+            self.dma_changed(index, stream);
+        }
+        self.usb_changed();
     }
 
     /// A reset during an operation of the flash, after which its content is not guaranteed (RM0090
@@ -84,7 +115,11 @@ impl Noise {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::instruction::Width;
+    use crate::{
+        instruction::Width,
+        peripheral::nvic::Exception,
+        trap::{Stop, Stray},
+    };
 
     fn unlocked() -> Box<Machine> {
         let mut machine = Machine::new(8_000_000);
@@ -92,6 +127,31 @@ mod tests {
             machine.write_word(0x4002_3C04, key).unwrap();
         }
         machine
+    }
+
+    #[test]
+    fn the_control_register_keeps_the_bus_while_the_flash_is_busy() {
+        let mut machine = unlocked();
+        machine.write_word(0x4002_3C10, 1 | 2 << 8).unwrap();
+        machine.write_word(0x0800_4000, 0).unwrap();
+        let done = machine.devices.flash.busy_until;
+        assert!(machine.cycle() < done);
+        machine.write_word(0x4002_3C10, 1 << 31).unwrap();
+        assert_eq!(machine.cycle(), done);
+    }
+
+    #[test]
+    fn a_wrong_key_for_the_flash_ends_the_run() {
+        let mut machine = Machine::new(8_000_000);
+        machine.write_word(0x4002_3C04, 1).unwrap();
+        let stop = machine.stray.take();
+        assert!(matches!(
+            stop,
+            Some(Stop::Stray {
+                stray: Stray::WrongKey,
+                ..
+            })
+        ));
     }
 
     #[test]
@@ -136,6 +196,49 @@ mod tests {
         machine.restart(ResetCause::PowerOn, 6);
         assert_ne!(machine.read_word(0x2000_0100), Ok(0x5AFE));
         assert_eq!(machine.resets().len(), 2);
+    }
+
+    #[test]
+    fn a_peripheral_is_reset_by_its_bit_alone() {
+        const TIM2_ARR: u32 = 0x4000_002C;
+        const TIM3_ARR: u32 = 0x4000_042C;
+        const APB1RSTR: u32 = 0x4002_3820;
+        let mut machine = Machine::with_clocks();
+        for (address, value) in [
+            (TIM2_ARR, 99),
+            (TIM3_ARR, 99),
+            (TIM2_ARR - 0x20, 1),
+            (TIM2_ARR - 0x18, 1),
+            (APB1RSTR, 1),
+        ] {
+            machine.write_word(address, value).unwrap();
+        }
+        assert!(machine.nvic.is_pending(Exception::irq(28)));
+        machine.read_word(TIM2_ARR).unwrap();
+        let held = machine.stray.take();
+        assert!(matches!(
+            held,
+            Some(Stop::Stray {
+                stray: Stray::InReset,
+                ..
+            })
+        ));
+        machine.write_word(APB1RSTR, 0).unwrap();
+        assert_eq!(machine.read_word(TIM2_ARR), Ok(u32::MAX));
+        assert_eq!(machine.read_word(TIM3_ARR), Ok(99));
+        assert_eq!(machine.stray, None);
+    }
+
+    #[test]
+    fn the_reset_of_a_port_gives_up_its_pins() {
+        const PORT_E: u32 = 0x4002_1000;
+        const AHB1RSTR: u32 = 0x4002_3810;
+        let mut machine = Machine::with_clocks();
+        for (address, value) in [(PORT_E, 1), (PORT_E + 0x18, 1), (AHB1RSTR, 1 << 4)] {
+            machine.write_word(address, value).unwrap();
+        }
+        let pin = crate::record::Pin::new('E', 0);
+        assert!(!machine.level(pin) && !machine.drives(pin));
     }
 
     #[test]

@@ -81,10 +81,15 @@ pub enum Stray {
         /// Cycles of HCLK that are left until the clock runs.
         left: u64,
     },
+    /// RCC holds the peripheral in reset.
+    InReset,
     /// The peripheral has no register there.
     NoRegister,
     /// The register can only be read.
     ReadOnly,
+    /// A wrong key for the flash: a bus error, and locked until the next reset (RM0090 section
+    /// 3.6.1).
+    WrongKey,
     /// The program changes reserved bits, which must keep the value that they had after the reset.
     Reserved {
         /// The written value.
@@ -101,8 +106,10 @@ impl fmt::Display for Stray {
             Stray::ClockTooFresh { left } => {
                 write!(f, "its clock comes only in {left} cycles")
             }
+            Stray::InReset => f.write_str("it is held in reset"),
             Stray::NoRegister => f.write_str("there is no register"),
             Stray::ReadOnly => f.write_str("it cannot be written"),
+            Stray::WrongKey => f.write_str("the key is wrong"),
             Stray::Reserved { value, bits } => {
                 write!(f, "{value:#010x} changes the reserved bits {bits:#010x}")
             }

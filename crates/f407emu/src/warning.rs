@@ -11,6 +11,22 @@ pub enum Warning {
         /// HCLK in Hz.
         hclk: u32,
     },
+    /// The settings of a PLL were written while it was on; they stay as they were (RM0090 section
+    /// 7.3.2).
+    PllRunning,
+    /// The core's voltage is too low for the clock (RM0090 section 3.5.1).
+    VoltageTooLow {
+        /// HCLK in Hz.
+        hclk: u32,
+    },
+    /// USB is switched on with a clock other than 48 MHz (RM0090 section 7.3.2, PLLQ).
+    UsbClock {
+        /// The clock in Hz.
+        hz: u32,
+    },
+    /// A FIFO of USB overlaps another one or the end of the memory, has overflowed, or was read
+    /// empty or only in part (RM0090 sections 34.13.1 and 34.17.6).
+    UsbFifo,
     /// A peripheral bus is faster than the chip allows (42 MHz APB1, 84 MHz APB2).
     BusTooFast {
         /// HCLK in Hz.
@@ -21,8 +37,10 @@ pub enum Warning {
         /// HCLK in Hz.
         hclk: u32,
     },
-    /// A key of the flash interface was wrong: the interface stays locked until the next reset.
-    WrongFlashKey,
+    /// FLASH_CR was written while it was locked.
+    FlashLocked,
+    /// A cache of the flash was to be reset while it was on: it stays (RM0090 section 3.9.1).
+    CacheReset,
     /// The flash was written without FLASH_CR.PG.
     FlashWriteNotEnabled,
     /// The flash was written with a width other than FLASH_CR.PSIZE.
@@ -46,8 +64,23 @@ pub enum Warning {
         /// The address.
         address: u32,
     },
-    /// A DMA stream packs data in its FIFO, which is not modelled.
-    DmaPacking,
+    /// A DMA stream is set up in a way that the manual forbids or that is not modelled, or its
+    /// settings were written while it was on.
+    DmaMode,
+    /// A DMA stream was to be started while a flag of it was set: it stays off (RM0090 section
+    /// 10.5.5).
+    DmaFlags,
+    /// A USART is in a mode that is not modelled, or at a rate that is out of range.
+    UsartMode {
+        /// Base address of the USART.
+        base: u32,
+    },
+    /// A USART's rate, word length or transmitter was changed while a byte went out, which corrupts
+    /// that byte (RM0090 section 30.3.2).
+    UsartDisturbed {
+        /// Base address of the USART.
+        base: u32,
+    },
     /// A byte was written to a USART before it had taken the byte before.
     UsartOverwrite {
         /// Base address of the USART.
@@ -60,18 +93,28 @@ impl fmt::Display for Warning {
         match self {
             Warning::ClockNotReady => f.write_str("a clock was selected that is not running"),
             Warning::PllOutOfRange { hclk } => write!(f, "PLL out of range, HCLK {hclk} Hz"),
+            Warning::PllRunning => f.write_str("settings of a PLL written while it is on"),
+            Warning::VoltageTooLow { hclk } => write!(f, "core voltage too low for {hclk} Hz"),
+            Warning::UsbClock { hz } => write!(f, "USB switched on with a clock of {hz} Hz"),
+            Warning::UsbFifo => f.write_str("a FIFO of USB is misplaced or misused"),
             Warning::BusTooFast { hclk } => write!(f, "peripheral bus too fast, HCLK {hclk} Hz"),
             Warning::TooFewWaitStates { hclk } => {
                 write!(f, "too few wait states of the flash for {hclk} Hz")
             }
-            Warning::WrongFlashKey => f.write_str("wrong key for the flash"),
+            Warning::FlashLocked => f.write_str("FLASH_CR written while it is locked"),
+            Warning::CacheReset => f.write_str("a cache of the flash reset while it is on"),
             Warning::FlashWriteNotEnabled => f.write_str("flash written without PG"),
             Warning::FlashWriteWidth => f.write_str("flash written with another width than PSIZE"),
             Warning::NoSuchSector => f.write_str("erase of a sector that does not exist"),
             Warning::NotModelled { address } => write!(f, "nothing is modelled at {address:#010x}"),
             Warning::TimerMode { base } => write!(f, "mode of timer {base:#010x} not modelled"),
             Warning::DmaUnreachable { address } => write!(f, "DMA cannot reach {address:#010x}"),
-            Warning::DmaPacking => f.write_str("packing in a DMA FIFO is not modelled"),
+            Warning::DmaMode => f.write_str("settings of a DMA stream forbidden or not modelled"),
+            Warning::DmaFlags => f.write_str("DMA stream started before its flags were cleared"),
+            Warning::UsartMode { base } => write!(f, "mode of USART {base:#010x} not modelled"),
+            Warning::UsartDisturbed { base } => {
+                write!(f, "USART {base:#010x} changed while a byte goes out")
+            }
             Warning::UsartOverwrite { base } => {
                 write!(f, "data register of USART {base:#010x} overwritten")
             }

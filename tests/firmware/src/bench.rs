@@ -139,7 +139,11 @@ impl Bench {
         let stopped = self.machine.run_until(cycle);
         self.pins.follow(&mut self.machine);
         self.follow_plant();
-        Ok(stopped?)
+        stopped?;
+        let warnings = self.machine.warnings();
+        ensure(warnings.is_empty(), || {
+            format!("the emulator warns: {warnings:?}")
+        })
     }
 
     /// Moves switches and sensors as the motors and heaters ask.

@@ -220,7 +220,7 @@ pub(crate) const PLANTED: &[Planted] = &[
     planted(
         "the watchdog not started",
         IWDG,
-        |word| (word != 0xCCCC).then_some(word),
+        |word| (word & 0xFFFF != 0xCCCC).then_some(word),
         &["watchdog", "debugger"],
     ),
     planted(
@@ -250,7 +250,7 @@ pub(crate) const PLANTED: &[Planted] = &[
     planted(
         "the watchdog not fed",
         IWDG,
-        |word| (word != 0xAAAA).then_some(word),
+        |word| (word & 0xFFFF != 0xAAAA).then_some(word),
         &["normal-work"],
     ),
     planted(

@@ -106,8 +106,8 @@ impl Stream {
         });
     }
 
-    /// A stream starts only with its flags cleared (RM0090 section 10.3.17). They are six bits of
-    /// the high register (section 10.5.4).
+    /// A stream starts only with its flags cleared (RM0090 section 10.3.17). They are five bits of
+    /// six in the high register (section 10.5.4).
     fn clear_flags(self) {
         let first = [0, 6, 16, 22][self.0 - 4];
         dma().hifcr().put(0x3D << first);

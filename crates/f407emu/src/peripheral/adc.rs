@@ -8,7 +8,9 @@
 //! ```
 //!
 //! Not modelled, and warned of where a program asks for it: regular groups, triggers, DMA, fewer
-//! than 12 bits, alignment to the left, the analog watchdog. ADC2 and ADC3 do not exist here.
+//! than 12 bits, alignment to the left, the analog watchdog, channels without a pin, converters that
+//! work together, a sampling time that changes during a conversion (section 13.13.4). ADC2 and ADC3
+//! do not exist here.
 
 /// ADC_SR: the injected group has ended; it has begun.
 const JEOC: u32 = 1 << 2;
@@ -20,6 +22,9 @@ const CR1_UNKNOWN: u32 = 0x07C0_FEFF;
 const ADON: u32 = 1;
 const JSWSTART: u32 = 1 << 22;
 const CR2_UNKNOWN: u32 = 0x7F3F_0F02;
+
+/// ADC_CCR: bits that are not modelled, all but ADCPRE.
+const CCR_UNKNOWN: u32 = !0x0003_0000;
 
 /// Offsets of the registers.
 const SR: usize = 0x00;
@@ -151,9 +156,18 @@ impl Adc {
         }
         match offset {
             CR1 => value & CR1_UNKNOWN != 0,
-            CR2 => value & CR2_UNKNOWN != 0,
+            CR2 => value & CR2_UNKNOWN != 0 || self.converts_inside(),
+            SMPR1 | SMPR2 => self.group.is_some(),
+            JSQR => self.converts_inside(),
+            CCR => value & CCR_UNKNOWN != 0,
             _ => false,
         }
+    }
+
+    /// Whether a channel without a pin is being converted: the temperature, the reference, or the
+    /// battery (section 13.3.3).
+    fn converts_inside(&self) -> bool {
+        self.group.is_some() && self.channels().any(|channel| channel >= CHANNELS)
     }
 
     fn control(&mut self, value: u32, clock: Clock) {
@@ -167,27 +181,32 @@ impl Adc {
         }
     }
 
-    /// Samples the channels of the injected group. JSQ4 holds the group's last channel (section
+    /// The channels of the injected group, in their order. JSQ4 holds the last one (section
     /// 13.13.12).
-    fn start(&mut self, clock: Clock) {
+    fn channels(&self) -> impl Iterator<Item = usize> {
         let sequence = self.words[JSQR / 4];
         let length = match self.words[CR1 / 4] & SCAN {
             0 => 1,
             _ => (sequence >> 20 & 3) + 1,
         };
         let first = 3 - (sequence >> 20 & 3);
-        let channels =
-            (first..first + length).map(|place| (sequence >> (5 * place) & 0x1F) as usize);
+        (first..first + length).map(move |place| (sequence >> (5 * place) & 0x1F) as usize)
+    }
+
+    /// Samples the channels of the injected group.
+    fn start(&mut self, clock: Clock) {
         let divider = 2 * (u64::from(self.common >> 16 & 3) + 1);
-        let clocks: u64 = channels
-            .clone()
+        let clocks: u64 = self
+            .channels()
             .map(|one| self.sampling(one) + CONVERSION)
             .sum();
         let is_stable = clock.now >= self.stable_at;
-        let results = channels.map(|channel| match self.inputs.get(channel) {
-            Some(share) if is_stable => (share * 4095.0).round() as u32,
-            _ => 0,
-        });
+        let results = self
+            .channels()
+            .map(|channel| match self.inputs.get(channel) {
+                Some(share) if is_stable => (share * 4095.0).round() as u32,
+                _ => 0,
+            });
         let results = results.collect();
         self.words[SR / 4] |= JSTRT;
         let ends = clock.now + clocks * divider * clock.apb2;
@@ -279,5 +298,22 @@ mod tests {
         adc.write(CR2 as u32, ADON | JSWSTART, at(1000));
         assert_eq!(adc.read(JDR as u32, 1_000_000), 0xFFFE);
         assert!(adc.write(CR2 as u32, ADON | 1 << 30, at(1_000_000)));
+    }
+
+    #[test]
+    fn channels_without_a_pin_and_joined_converters_are_warned_of() {
+        let mut adc = ready();
+        assert!(adc.write(CCR as u32, 1 << 16 | 1 << 23, at(1000)));
+        assert!(adc.write(CCR as u32, 1 << 16 | 5, at(1000)));
+        assert!(!adc.write(JSQR as u32, 16 << 15, at(1000)));
+        assert!(adc.write(CR2 as u32, ADON | JSWSTART, at(1000)));
+    }
+
+    #[test]
+    fn a_sampling_time_stays_as_it_is_during_a_conversion() {
+        let mut adc = ready();
+        adc.write(CR2 as u32, ADON | JSWSTART, at(1000));
+        assert!(adc.write(SMPR2 as u32, 0, at(1001)));
+        assert!(!adc.write(SMPR2 as u32, 0, at(1_000_000)));
     }
 }

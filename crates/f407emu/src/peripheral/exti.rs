@@ -1,8 +1,10 @@
 //! EXTI, which makes interrupts of edges at pins (RM0090 section 12.2), and SYSCFG, which selects
 //! the port whose pin a line follows (section 9.2).
 //!
-//! `crate::registers` has SYSCFG's memory remapping. Not modelled: internal lines, except for 16,
-//! the voltage detector.
+//! A line's flag rises with its edge, masked or not: section 12.3.6 names no mask.
+//!
+//! `crate::registers` has SYSCFG's memory remapping. Not modelled, and warned of: events (EMR), and
+//! internal lines, except for 16, the voltage detector.
 use super::nvic::Exception;
 
 /// The lines that exist.
@@ -53,6 +55,12 @@ impl Exti {
         .map(|(exception, lines)| (exception, up & lines != 0))
     }
 
+    /// Whether the lines that are in use are modelled.
+    pub(crate) fn is_modelled(&self) -> bool {
+        const MODELLED: u32 = 0x1_FFFF;
+        self.event_mask == 0 && self.interrupt_mask & !MODELLED == 0
+    }
+
     /// Reads EXTI's register at `offset` from 0x40013C00.
     pub(crate) fn read(&self, offset: u32) -> u32 {
         match offset {
@@ -95,6 +103,11 @@ impl Exti {
             return cell << 8 | cell;
         }
         self.syscfg.get(offset as usize / 4).copied().unwrap_or(0)
+    }
+
+    /// Resets SYSCFG's registers.
+    pub(crate) fn reset_syscfg(&mut self) {
+        self.syscfg = [0; 9];
     }
 
     /// Writes SYSCFG's register at `offset` from 0x40013800.

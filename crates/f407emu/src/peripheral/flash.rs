@@ -1,11 +1,15 @@
 //! The flash interface (RM0090 chapter 3): keys, programming, sector erase, and the times that they
 //! take.
 //!
-//! The core stalls if it fetches from the flash or reads it while an operation is under way. Times
-//! are the typical ones of the data sheet's table 40 at 2.7 to 3.6 V. The time to program a unit
-//! can be set ([`crate::Timing`]).
+//! The core stalls if it fetches from the flash, reads it or writes FLASH_CR while an operation is
+//! under way (sections 3.6 and 3.6.1). Times are the typical ones of the data sheet's table 40 at
+//! 2.7 to 3.6 V. The time to program a unit can be set ([`crate::Timing`]).
 //!
-//! Not modelled: mass erase, option bytes, write protection, sequence errors.
+//! A wrong key is a bus error (section 3.6.1), which ends the run. The manual does not say whether
+//! keys are wrong while the interface is open; here they have no effect.
+//!
+//! Not modelled, and warned of: mass erase, option bytes. Not modelled either: write protection,
+//! and old data in the caches.
 use super::NEVER;
 use crate::{
     instruction::Width,
@@ -13,16 +17,23 @@ use crate::{
 };
 use core::ops::Range;
 
+/// The address of its first register.
+const BASE: u32 = 0x4002_3C00;
 /// FLASH_KEYR: the two keys.
 const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
-/// FLASH_CR: program, sector erase, start, end-of-operation interrupt, lock.
+/// FLASH_ACR: data cache on, instruction cache on; their resets are two bits further up.
+const CACHES: u32 = 3 << 9;
+/// FLASH_CR: program, sector erase, mass erase, start, interrupts of the end and of errors, lock.
 const PG: u32 = 1;
 const SER: u32 = 1 << 1;
+const MER: u32 = 1 << 2;
 const STRT: u32 = 1 << 16;
 const EOPIE: u32 = 1 << 24;
+const ERRIE: u32 = 1 << 25;
 const LOCK: u32 = 1 << 31;
-/// FLASH_SR: end of operation, parallelism error, sequence error, busy.
+/// FLASH_SR: end of operation, operation error, parallelism error, sequence error, busy.
 const EOP: u32 = 1;
+const OPERR: u32 = 1 << 1;
 const PGPERR: u32 = 1 << 6;
 const PGSERR: u32 = 1 << 7;
 const BSY: u32 = 1 << 16;
@@ -89,7 +100,8 @@ impl Flash {
 
     /// The level of the interrupt line.
     pub(crate) fn interrupt(&self) -> bool {
-        self.status & EOP != 0 && self.control & EOPIE != 0
+        let asked = |flag, enable| self.status & flag != 0 && self.control & enable != 0;
+        asked(EOP, EOPIE) || asked(OPERR, ERRIE)
     }
 
     /// Reads the register at `offset` from 0x40023C00.
@@ -112,26 +124,41 @@ impl Flash {
         warnings: &mut Warnings,
     ) -> Option<Erase> {
         match offset {
-            0x00 => self.acr = value,
-            0x04 => self.write_key(value, warnings),
+            0x00 => self.write_access(value, warnings),
+            0x04 => self.write_key(value),
             0x0C => self.status &= !(value & 0xF3),
             0x10 if self.lock == Lock::Open => {
                 return self.write_control(value, (now, hclk), warnings)
             }
-            _ => {}
+            0x10 => warnings.add(Warning::FlashLocked),
+            _ => {
+                let address = BASE + offset;
+                warnings.add(Warning::NotModelled { address });
+            }
         }
         None
     }
 
-    fn write_key(&mut self, key: u32, warnings: &mut Warnings) {
+    /// Writes FLASH_ACR: a cache is reset only while it is off (section 3.9.1).
+    fn write_access(&mut self, value: u32, warnings: &mut Warnings) {
+        let ignored = value & (self.acr & CACHES) << 2;
+        if ignored != 0 {
+            warnings.add(Warning::CacheReset);
+        }
+        self.acr = value & !ignored;
+    }
+
+    /// Whether a wrong key has barred the interface.
+    pub(crate) fn is_barred(&self) -> bool {
+        self.lock == Lock::Barred
+    }
+
+    fn write_key(&mut self, key: u32) {
         self.lock = match (self.lock, key) {
             (Lock::Locked, key) if key == KEYS[0] => Lock::FirstKey,
             (Lock::FirstKey, key) if key == KEYS[1] => Lock::Open,
             (Lock::Open, _) => Lock::Open,
-            (Lock::Locked | Lock::FirstKey | Lock::Barred, _) => {
-                warnings.add(Warning::WrongFlashKey);
-                Lock::Barred
-            }
+            (Lock::Locked | Lock::FirstKey | Lock::Barred, _) => Lock::Barred,
         };
         if self.lock == Lock::Open {
             self.control &= !LOCK;
@@ -148,7 +175,13 @@ impl Flash {
         if value & LOCK != 0 {
             self.lock = Lock::Locked;
         }
-        if value & (SER | STRT) != SER | STRT {
+        if value & STRT == 0 {
+            return None;
+        }
+        // MER has precedence, and neither of both must not be (section 3.6.3).
+        if value & (MER | SER) != SER {
+            let address = BASE + 0x10;
+            warnings.add(Warning::NotModelled { address });
             return None;
         }
         let Some((range, milliseconds)) = sector(value >> 3 & 15, value >> 8 & 3) else {
@@ -168,22 +201,32 @@ impl Flash {
         warnings: &mut Warnings,
     ) -> bool {
         if self.lock != Lock::Open || self.control & PG == 0 {
-            self.status |= PGSERR;
+            self.fail(PGSERR);
             warnings.add(Warning::FlashWriteNotEnabled);
             return false;
         }
         let expected = match self.control >> 8 & 3 {
-            0 => Width::Byte,
-            1 => Width::Half,
-            _ => Width::Word,
+            0 => Some(Width::Byte),
+            1 => Some(Width::Half),
+            2 => Some(Width::Word),
+            // Double words, which the core does not write at once.
+            _ => None,
         };
-        if width != expected {
-            self.status |= PGPERR;
+        if Some(width) != expected {
+            self.fail(PGPERR);
             warnings.add(Warning::FlashWriteWidth);
             return false;
         }
         self.busy(time, micros.into());
         true
+    }
+
+    /// Sets a flag of an error. OPERR comes with it if interrupts of errors are on (section 3.9.5).
+    fn fail(&mut self, flag: u32) {
+        self.status |= flag;
+        if self.control & ERRIE != 0 {
+            self.status |= OPERR;
+        }
     }
 
     fn busy(&mut self, (now, hclk): (u64, u32), microseconds: u64) {
@@ -240,7 +283,49 @@ mod tests {
             flash.write(0x04, key, TIME, &mut warnings);
         }
         assert_eq!(flash.read(0x10, 0), LOCK);
-        assert!(warnings.all().contains(&Warning::WrongFlashKey));
+        assert!(flash.is_barred());
+    }
+
+    #[test]
+    fn a_cache_is_reset_only_while_it_is_off() {
+        let (mut flash, mut warnings) = (Flash::new(), Warnings::default());
+        for value in [3 << 9, 1 << 9, 1 << 9 | 1 << 12] {
+            flash.write(0x00, value, TIME, &mut warnings);
+            assert_eq!((flash.acr, warnings.all()), (value, &[][..]));
+        }
+        flash.write(0x00, 1 << 9 | 3 << 11, TIME, &mut warnings);
+        assert_eq!(flash.acr, 1 << 9 | 1 << 12);
+        assert_eq!(warnings.all(), [Warning::CacheReset]);
+    }
+
+    #[test]
+    fn errors_interrupt_where_asked() {
+        let (mut flash, mut warnings) = unlocked();
+        flash.write(0x10, PG | ERRIE | 3 << 8, TIME, &mut warnings);
+        assert!(!flash.program(Width::Word, 16, TIME, &mut warnings));
+        assert_eq!(flash.read(0x0C, 0), PGPERR | OPERR);
+        assert!(flash.interrupt());
+        flash.write(0x0C, OPERR, TIME, &mut warnings);
+        assert!(!flash.interrupt());
+    }
+
+    #[test]
+    fn what_is_not_modelled_is_said() {
+        for (offset, value) in [
+            (0x08, 0x0819_2A3B),
+            (0x10, MER | STRT),
+            (0x10, MER | SER | STRT),
+            (0x10, STRT),
+            (0x14, 2),
+        ] {
+            let (mut flash, mut warnings) = unlocked();
+            assert_eq!(flash.write(offset, value, TIME, &mut warnings), None);
+            let address = BASE + offset;
+            assert_eq!(warnings.all(), [Warning::NotModelled { address }]);
+        }
+        let (mut flash, mut warnings) = (Flash::new(), Warnings::default());
+        flash.write(0x10, PG, TIME, &mut warnings);
+        assert_eq!(warnings.all(), [Warning::FlashLocked]);
     }
 
     #[test]

@@ -3,10 +3,11 @@
 //! ```text
 //!              MODER = output:    ODR, unless open drain and 1
 //!  pin level = MODER = alternate: what a timer drives, if one does       else: what the world drives,
-//!              MODER = input, analog: ...............................          else the pull-up or pull-down
+//!              MODER = input: .......................................          else the pull-up or pull-down
+//!              MODER = analog:    0, whatever the voltage is (section 8.3.12)
 //! ```
 //!
-//! Not modelled: LCKR (it reads back, but locks nothing), slew rates, alternate functions other
+//! Not modelled: LCKR (it reads back, but locks nothing, and a warning says so), slew rates, alternate functions other
 //! than timer outputs, and the level of a floating pin: it reads as 0.
 
 /// Levels that something drives onto the pins.
@@ -39,6 +40,7 @@ pub(crate) struct Gpio {
     /// The pins in each mode and with a pull-up, decoded from MODER and PUPDR.
     outputs: u16,
     alternates: u16,
+    analogs: u16,
     pull_ups: u16,
     /// The levels that switches and drivers outside make.
     pub(crate) world: Driven,
@@ -62,6 +64,15 @@ impl Gpio {
         };
         gpio.sort_pins();
         gpio
+    }
+
+    /// Resets the registers. The world goes on driving the pins.
+    pub(crate) fn reset(&mut self, port: usize) {
+        *self = Gpio {
+            world: self.world,
+            levels: self.levels,
+            ..Gpio::new(port)
+        };
     }
 
     /// Reads the register at `offset` from the port's base.
@@ -116,7 +127,7 @@ impl Gpio {
         let outputs = self.driven_levels(timers);
         let driving = self.driving(timers);
         let left = self.world.levels & self.world.pins | self.pull_ups & !self.world.pins;
-        outputs & driving | left & !driving
+        (outputs & driving | left & !driving) & !self.analogs
     }
 
     /// The pins that the port drives: outputs and pins of timers, except for open-drain pins that
@@ -134,6 +145,7 @@ impl Gpio {
     fn sort_pins(&mut self) {
         self.outputs = pins_with(self.moder, 1);
         self.alternates = pins_with(self.moder, 2);
+        self.analogs = pins_with(self.moder, 3);
         self.pull_ups = pins_with(self.pupdr, 1);
     }
 }
@@ -169,6 +181,16 @@ mod tests {
         port.write(0x0C, 1);
         assert_eq!(port.resolve(Driven::default()), 1);
         port.world.set(0, false);
+        assert_eq!(port.resolve(Driven::default()), 0);
+    }
+
+    #[test]
+    fn an_analog_pin_reads_as_zero() {
+        let mut port = Gpio::new(2);
+        port.write(0x0C, 1);
+        port.world.set(1, true);
+        assert_eq!(port.resolve(Driven::default()), 0b11);
+        port.write(0x00, 0b1111);
         assert_eq!(port.resolve(Driven::default()), 0);
     }
 

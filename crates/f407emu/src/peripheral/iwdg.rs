@@ -8,10 +8,12 @@
 //!
 //! f_LSI may be anywhere from 17 to 47 kHz (data sheet, table 39), so that tests run at both ends.
 //! Once started, the watchdog cannot be stopped. Its own clock runs on, whatever happens to the
-//! other clocks.
+//! other clocks. It starts with the reset value of RLR, 0xFFF; each feeding loads RLR (section
+//! 21.3).
 //!
 //! A new prescaler or reload value takes effect after five clocks of the oscillator (sections
-//! 21.4.2 to 21.4.4). Until then SR has a flag for it, and feeding uses the old value.
+//! 21.4.2 to 21.4.4). Until then SR has a flag for it, and feeding uses the old value. A new
+//! prescaler changes the counts that are left, too.
 //!
 //! Not modelled: the option byte that starts the watchdog at power-on.
 use super::NEVER;
@@ -23,6 +25,8 @@ const UNLOCK: u32 = 0x5555;
 /// IWDG_KR: starts the watchdog.
 const START: u32 = 0xCCCC;
 
+/// The count with which the watchdog starts.
+const FULL: u32 = 0xFFF;
 /// IWDG_SR: the prescaler, or the reload value, has not taken effect yet.
 const PVU: u32 = 1;
 const RVU: u32 = 1 << 1;
@@ -102,7 +106,7 @@ impl Iwdg {
     pub(crate) fn new(lsi_hz: u32, hclk_hz: u32) -> Self {
         Iwdg {
             prescaler: Arriving::new(0),
-            reload: Arriving::new(0xFFF),
+            reload: Arriving::new(FULL),
             unlocked: false,
             lsi_hz,
             hclk_hz,
@@ -160,7 +164,7 @@ impl Iwdg {
         let at = now + self.cycles(ARRIVES_AFTER);
         match offset {
             0x0 => self.write_key(value, now),
-            0x4 if self.unlocked => self.prescaler.write(value & 7, now, at),
+            0x4 if self.unlocked => self.write_prescaler(value & 7, now, at),
             0x8 if self.unlocked => self.reload.write(value & 0xFFF, now, at),
             _ => {}
         }
@@ -168,22 +172,50 @@ impl Iwdg {
 
     fn write_key(&mut self, key: u32, now: u64) {
         self.unlocked = key == UNLOCK;
-        let started = self.expires_at != NEVER;
-        if key == START || (key == FEED && started) {
-            self.expires_at = now + self.timeout(now);
+        let count = match (key, self.is_running()) {
+            (START, false) => FULL,
+            (FEED, true) => self.reload.in_force(now),
+            _ => return,
+        };
+        self.expires_at = now + self.timeout(count, now);
+        self.change_divider(now);
+    }
+
+    fn write_prescaler(&mut self, value: u32, now: u64, at: u64) {
+        if !self.prescaler.is_under_way(now) {
+            self.prescaler.write(value, now, at);
+            self.change_divider(now);
         }
     }
 
-    /// The cycles of HCLK from a feeding now to the reset.
-    fn timeout(&self, now: u64) -> u64 {
-        let divider = 4u64 << self.prescaler.in_force(now).min(6);
-        self.cycles(divider * u64::from(self.reload.in_force(now) + 1))
+    /// A prescaler that is on its way changes the length of the counts that are left when it
+    /// arrives.
+    fn change_divider(&mut self, now: u64) {
+        let Arriving {
+            written,
+            before,
+            at,
+        } = self.prescaler;
+        if self.is_running() && now < at && at < self.expires_at {
+            let left = (self.expires_at - at) * divider(written) / divider(before);
+            self.expires_at = at + left;
+        }
+    }
+
+    /// The cycles of HCLK from now to the reset, from a count on.
+    fn timeout(&self, count: u32, now: u64) -> u64 {
+        self.cycles(divider(self.prescaler.in_force(now)) * u64::from(count + 1))
     }
 
     /// Converts clocks of the oscillator to cycles of HCLK.
     fn cycles(&self, clocks: u64) -> u64 {
         clocks * u64::from(self.hclk_hz) / u64::from(self.lsi_hz)
     }
+}
+
+/// The clocks of the oscillator in a count.
+fn divider(prescaler: u32) -> u64 {
+    4 << prescaler.min(6)
 }
 
 #[cfg(test)]
@@ -200,6 +232,7 @@ mod tests {
         watchdog.write(0x4, prescaler, 0);
         watchdog.write(0x8, reload, 0);
         watchdog.write(0x0, START, START_AT);
+        watchdog.write(0x0, FEED, START_AT);
         watchdog
     }
 
@@ -228,6 +261,34 @@ mod tests {
         let mut idle = Iwdg::new(32_000, HCLK);
         idle.write(0x0, FEED, 0);
         assert_eq!(idle.next_event(), NEVER);
+    }
+
+    #[test]
+    fn the_start_counts_from_the_reset_value_and_counts_once() {
+        let mut watchdog = Iwdg::new(32_000, HCLK);
+        watchdog.write(0x0, UNLOCK, 0);
+        watchdog.write(0x8, 319, 0);
+        watchdog.write(0x0, START, START_AT);
+        assert_eq!(milliseconds(&watchdog), 512);
+        watchdog.write(0x0, START, 2 * START_AT);
+        assert_eq!(milliseconds(&watchdog), 512);
+        watchdog.write(0x0, FEED, START_AT);
+        assert_eq!(milliseconds(&watchdog), 40);
+    }
+
+    #[test]
+    fn a_new_prescaler_changes_the_counts_that_are_left() {
+        let mut watchdog = started(32_000, 0, 319);
+        let five = 5 * u64::from(HCLK) / 32_000;
+        watchdog.write(0x0, UNLOCK, START_AT);
+        watchdog.write(0x4, 6, START_AT);
+        let left = 6_720_000 - five;
+        assert_eq!(watchdog.next_event(), START_AT + five + 64 * left);
+        watchdog.write(0x0, FEED, START_AT + five - 1);
+        let left = 6_720_000 - 1;
+        assert_eq!(watchdog.next_event(), START_AT + five + 64 * left);
+        watchdog.write(0x0, FEED, START_AT + five);
+        assert_eq!(watchdog.next_event(), START_AT + five + 64 * 6_720_000);
     }
 
     #[test]

@@ -1,14 +1,22 @@
 //! Power control (RM0090 chapter 5): the voltage detector that warns of a brown-out.
 //!
-//! Not modelled: stop and standby modes (sleep is modelled), the backup regulator, and the
-//! detector's thresholds: the supply is either good or low.
+//! Not modelled, and warned of: stop and standby modes (sleep is modelled), the backup regulator.
+//! Not modelled either: the detector's thresholds. The supply is either good or low.
 
 /// PWR_CR.PVDE: the detector is on.
 const DETECTOR: u32 = 1 << 4;
+/// PWR_CR.VOS: the core has the higher of its two voltages.
+const SCALE_1: u32 = 1 << 14;
 /// PWR_CSR.PVDO: the supply is below the threshold.
 const LOW: u32 = 1 << 2;
 /// PWR_CSR.VOSRDY: the core's regulator is at its voltage.
 const REGULATOR_READY: u32 = 1 << 14;
+
+/// Whether a value of the register at `offset` asks for nothing that is not modelled: PWR_CSR has
+/// the backup regulator and the wake-up pin.
+pub(crate) fn is_modelled(offset: u32, value: u32) -> bool {
+    offset == 0 || value == 0
+}
 
 /// The power controller.
 #[derive(Clone, Debug)]
@@ -21,7 +29,7 @@ impl Pwr {
     /// The state after a reset: the regulator is at full voltage (PWR_CR.VOS).
     pub(crate) fn new() -> Self {
         Pwr {
-            control: 0x4000,
+            control: SCALE_1,
             low: false,
         }
     }
@@ -32,6 +40,11 @@ impl Pwr {
         let before = self.output();
         self.low = low;
         (self.output() != before).then_some(low)
+    }
+
+    /// Whether the core has the higher of its two voltages.
+    pub(crate) fn has_scale_1(&self) -> bool {
+        self.control & SCALE_1 != 0
     }
 
     fn output(&self) -> bool {

@@ -5,18 +5,28 @@
 //! an RCC peripheral clock enabling"): two cycles of HCLK on AHB, and one plus the bus's divider on
 //! an APB.
 //!
+//! A source that is in use cannot be switched off, and the PLL's settings stay while it is on
+//! (sections 7.2.3 and 7.2.6).
+//!
+//! A peripheral's reset bit resets it at once (sections 7.3.5 to 7.3.9). While the bit is set, an
+//! access to the peripheral ends the run.
+//!
 //! Not modelled: start-up times of oscillators and PLLs (they are ready at once; a crystal that is
-//! not fitted is never ready), clock outputs, I2S, sleep-mode clock enables, and peripheral resets:
-//! their bits read back, but only DMA's reset anything.
+//! not fitted is never ready). Not modelled, and warned of where a program asks for it: clock
+//! outputs, interrupts of clocks that become ready, the backup domain, clocks that stop in sleep.
 use crate::warning::{Warning, Warnings};
 
+/// The address of its first register.
+const BASE: u32 = 0x4002_3800;
 /// The numbers of registers: a quarter of their offsets.
 const CR: usize = 0;
 const PLLCFGR: usize = 1;
 const CFGR: usize = 2;
 const CIR: usize = 3;
+const AHB1ENR: usize = 0x30 / 4;
 const BDCR: usize = 0x70 / 4;
 const CSR: usize = 0x74 / 4;
+const SSCGR: usize = 0x80 / 4;
 /// The number of registers up to RCC_PLLI2SCFGR (0x84).
 const REGISTERS: usize = 0x88 / 4;
 
@@ -24,21 +34,34 @@ const REGISTERS: usize = 0x88 / 4;
 const ENABLE: u32 = 0x30;
 const ENABLES: usize = 6;
 const APB1_ENABLE: usize = 4;
+/// The distance of an enable register from the reset register of the same bus.
+const ENABLES_AFTER: u32 = 0x20;
 
 /// RCC_CR: the internal oscillator, the crystal, the clock security system, the PLLs.
 const HSION: u32 = 1;
 const HSEON: u32 = 1 << 16;
 const HSERDY: u32 = 1 << 17;
+const HSEBYP: u32 = 1 << 18;
 const CSSON: u32 = 1 << 19;
 const PLLON: u32 = 1 << 24;
 const PLLI2SON: u32 = 1 << 26;
+/// RCC_PLLCFGR: PLLM and PLLSRC, which both PLLs share.
+const SHARED_BY_PLLS: u32 = 0x3F | PLL_FROM_CRYSTAL;
+/// RCC_CFGR: clock outputs, I2S, the divider of the RTC's clock.
+const OUTPUTS: u32 = 0xFFFF_0000;
+/// RCC_CIR: interrupts of clocks that become ready.
+const READY_INTERRUPTS: u32 = 0x3F00;
 /// RCC_PLLCFGR.PLLSRC: the crystal feeds the PLL.
 const PLL_FROM_CRYSTAL: u32 = 1 << 22;
 /// RCC_CIR: the clock security system has found the crystal stopped.
 const CSSF: u32 = 1 << 7;
 const CSSC: u32 = 1 << 23;
+/// RCC_AHB1ENR: the clock of CCM, on after a reset (section 7.3.10).
+const CCMDATARAMEN: u32 = 1 << 20;
 /// RCC_CSR: remove the reset flags.
 const RMVF: u32 = 1 << 24;
+/// RCC_SSCGR: the PLL's spectrum is spread.
+const SSCGEN: u32 = 1 << 31;
 /// The values of RCC_AHB1LPENR and the following registers after a reset: every clock runs on in
 /// sleep.
 const SLEEP_ENABLES: [(usize, u32); 5] = [
@@ -121,19 +144,20 @@ impl Rcc {
         rcc
     }
 
-    /// Sets the reset values; the flags of earlier causes and the backup domain stay.
+    /// Sets the reset values; the backup domain stays. The flags of earlier causes end with a power
+    /// reset only, which a brown-out is too (RM0090 sections 7.1.2 and 7.3.21).
     pub(crate) fn reset(&mut self, cause: ResetCause) {
         let kept = match cause {
             ResetCause::PowerOn => (0, 0),
-            ResetCause::Pin
-            | ResetCause::Software
-            | ResetCause::Watchdog
-            | ResetCause::BrownOut => (self.registers[CSR] & !3, self.registers[BDCR]),
+            ResetCause::BrownOut => (0, self.registers[BDCR]),
+            ResetCause::Pin | ResetCause::Software | ResetCause::Watchdog => {
+                (self.registers[CSR] & !3, self.registers[BDCR])
+            }
         };
         self.registers = [0; REGISTERS];
         self.registers[CR] = 0x83;
         self.registers[PLLCFGR] = 0x2400_3010;
-        self.registers[0x30 / 4] = 0x0010_0000;
+        self.registers[AHB1ENR] = CCMDATARAMEN;
         for (offset, value) in SLEEP_ENABLES {
             self.registers[offset / 4] = value;
         }
@@ -154,6 +178,7 @@ impl Rcc {
         self.note_enables(offset, value, now);
         match offset as usize / 4 {
             CR => self.write_control(value),
+            PLLCFGR => self.set_pll(value, warnings),
             CFGR => self.select(value, warnings),
             CIR => self.write_interrupts(value),
             BDCR => self.registers[BDCR] = value & !2 | (value & 1) << 1,
@@ -163,6 +188,10 @@ impl Rcc {
                     *register = value;
                 }
             }
+        }
+        if !is_modelled(offset, value) {
+            let address = BASE + offset;
+            warnings.add(Warning::NotModelled { address });
         }
     }
 
@@ -202,14 +231,53 @@ impl Rcc {
     }
 
     fn write_control(&mut self, value: u32) {
-        let on = value & (HSION | HSEON | PLLON | PLLI2SON);
-        let running = if self.crystal_hz == 0 {
-            on & !HSEON
-        } else {
-            on
-        };
+        let before = self.registers[CR];
+        // HSEBYP can be written only while the crystal is off (section 7.3.1).
+        let bypass = if before & HSEON != 0 { before } else { value } & HSEBYP;
+        let value = value & !HSEBYP | bypass | self.in_use();
+        let mut running = value & (HSION | HSEON | PLLON | PLLI2SON);
+        if self.crystal_hz == 0 {
+            running &= !HSEON;
+        }
+        if running & self.pll_source() == 0 {
+            running &= !(PLLON | PLLI2SON);
+        }
         let ready = HSION << 1 | HSERDY | PLLON << 1 | PLLI2SON << 1;
         self.registers[CR] = value & !ready | running << 1;
+        self.switch();
+    }
+
+    /// The oscillator that feeds the PLLs, as its enable bit in RCC_CR.
+    fn pll_source(&self) -> u32 {
+        if self.registers[PLLCFGR] & PLL_FROM_CRYSTAL != 0 {
+            HSEON
+        } else {
+            HSION
+        }
+    }
+
+    /// The sources that the system clock uses, directly or indirectly, as their enable bits.
+    fn in_use(&self) -> u32 {
+        match self.registers[CFGR] >> 2 & 3 {
+            0 => HSION,
+            1 => HSEON,
+            _ => PLLON | self.pll_source(),
+        }
+    }
+
+    /// Writes RCC_PLLCFGR: its fields stay while a PLL that uses them is on (section 7.3.2).
+    fn set_pll(&mut self, value: u32, warnings: &mut Warnings) {
+        let before = self.registers[PLLCFGR];
+        let on = self.registers[CR];
+        let fixed = match (on & PLLON != 0, on & PLLI2SON != 0) {
+            (true, _) => u32::MAX,
+            (false, true) => SHARED_BY_PLLS,
+            (false, false) => 0,
+        };
+        if (value ^ before) & fixed != 0 {
+            warnings.add(Warning::PllRunning);
+        }
+        self.registers[PLLCFGR] = value & !fixed | before & fixed;
     }
 
     fn write_interrupts(&mut self, value: u32) {
@@ -226,32 +294,45 @@ impl Rcc {
 
     /// Selects the system clock. SWS shows the clock in use, which may not be the requested one.
     fn select(&mut self, value: u32, warnings: &mut Warnings) {
-        let ready = match value & 3 {
+        self.registers[CFGR] = value & !0xC | self.registers[CFGR] & 0xC;
+        if !self.switch() {
+            warnings.add(Warning::ClockNotReady);
+        }
+    }
+
+    /// Switches to the requested clock if it is ready (section 7.2.6). Returns whether it is.
+    fn switch(&mut self) -> bool {
+        let requested = self.registers[CFGR] & 3;
+        let ready = match requested {
             0 => HSION << 1,
             1 => HSERDY,
-            _ => PLLON << 1,
+            2 => PLLON << 1,
+            _ => 0,
         };
-        let current = if self.registers[CR] & ready != 0 {
-            value & 3
-        } else {
-            warnings.add(Warning::ClockNotReady);
-            self.registers[CFGR] >> 2 & 3
-        };
-        self.registers[CFGR] = value & !0xC | current << 2;
+        let is_ready = self.registers[CR] & ready != 0;
+        if is_ready {
+            self.registers[CFGR] = self.registers[CFGR] & !0xC | requested << 2;
+        }
+        is_ready
     }
 
     /// The crystal stops. Returns whether the clock security system noticed (RM0090 section 7.2.7):
-    /// then the internal oscillator has taken over. Without it the chip would stand still, which is
-    /// not modelled.
+    /// then the crystal is off, and if the system clock used it, the internal oscillator has taken
+    /// over. Without the clock security system the chip would stand still, which is not modelled.
     pub(crate) fn crystal_fails(&mut self) -> bool {
         let guarded = self.registers[CR] & CSSON != 0 && self.registers[CR] & HSERDY != 0;
         self.crystal_hz = 0;
         if guarded {
-            self.registers[CR] &= !(HSEON | HSERDY | CSSON);
-            if self.registers[PLLCFGR] & PLL_FROM_CRYSTAL != 0 {
-                self.registers[CR] &= !(PLLON | PLLON << 1);
+            let in_use = self.in_use();
+            self.registers[CR] &= !(HSEON | HSERDY);
+            if in_use & HSEON != 0 {
+                if in_use & PLLON != 0 {
+                    let plls = PLLON | PLLI2SON;
+                    self.registers[CR] &= !(plls | plls << 1);
+                }
+                self.registers[CR] |= HSION | HSION << 1;
+                self.registers[CFGR] &= !0xF;
             }
-            self.registers[CFGR] &= !0xF;
             self.registers[CIR] |= CSSF;
         }
         guarded
@@ -297,16 +378,32 @@ impl Rcc {
         (input, oscillator, (oscillator / divider) as u32)
     }
 
-    /// Warns if limits of the chip are exceeded (its data sheet, tables 14 and 36; RM0090 table
-    /// 11).
-    pub(crate) fn check(&self, wait_states: u32, warnings: &mut Warnings) {
+    /// The frequency for USB, Hz: 0 while the PLL is off (RM0090 section 7.3.2, PLLQ).
+    pub(crate) fn usb_hz(&self) -> u32 {
+        let divider = self.registers[PLLCFGR] >> 24 & 15;
+        if self.registers[CR] & PLLON << 1 == 0 || divider < 2 {
+            return 0;
+        }
+        (self.pll().1 / u64::from(divider)) as u32
+    }
+
+    /// Warns if limits of the chip are exceeded (its data sheet, tables 14 and 36; RM0090 table 11,
+    /// sections 3.5.1 and 7.3.2). `scale_1` says whether the core has the higher of its two
+    /// voltages (PWR_CR.VOS).
+    pub(crate) fn check(&self, wait_states: u32, scale_1: bool, warnings: &mut Warnings) {
         let Clocks { hclk, apb1, apb2 } = self.clocks();
         let (input, oscillator, _) = self.pll();
+        let register = self.registers[PLLCFGR];
         let good = (950_000..=2_100_000).contains(&input)
             && (100_000_000..=432_000_000).contains(&oscillator)
+            && register & 63 >= 2
+            && (50..=432).contains(&(register >> 6 & 511))
             && hclk <= 168_000_000;
         if self.registers[CFGR] >> 2 & 3 == 2 && !good {
             warnings.add(Warning::PllOutOfRange { hclk });
+        }
+        if !scale_1 && hclk > 144_000_000 {
+            warnings.add(Warning::VoltageTooLow { hclk });
         }
         if hclk / apb1 > 42_000_000 || hclk / apb2 > 84_000_000 {
             warnings.add(Warning::BusTooFast { hclk });
@@ -327,27 +424,60 @@ impl Rcc {
     /// The cycle at which the clock of the peripheral at an address starts; `None` if it is off
     /// (RM0090 sections 7.3.10 to 7.3.14).
     pub(crate) fn clock_of(&self, address: u32) -> Option<u64> {
-        let page = address & !0x3FF;
-        let (register, bit) = match page {
-            0x4002_0000..=0x4002_23FF => (0x30, page >> 10 & 15),
-            0x4002_3000 => (0x30, 12),
-            0x4002_6000 => (0x30, 21),
-            0x4002_6400 => (0x30, 22),
-            0x5000_0000..=0x5003_FFFF => (0x34, 7),
-            0x4000_0000..=0x4000_23FF => (0x40, page >> 10 & 15),
-            0x4000_4400..=0x4000_53FF => (0x40, 17 + ((page - 0x4000_4400) >> 10)),
-            0x4000_7000 => (0x40, 28),
-            0x4001_0000 => (0x44, 0),
-            0x4001_0400 => (0x44, 1),
-            0x4001_1000 => (0x44, 4),
-            0x4001_1400 => (0x44, 5),
-            0x4001_2000 => (0x44, 8),
-            0x4001_3800 => (0x44, 14),
-            0x4001_4000..=0x4001_4BFF => (0x44, 16 + (page >> 10 & 3)),
-            _ => return Some(0),
+        let Some((register, bit)) = enable_of(address) else {
+            return Some(0);
         };
         let on = self.read(register) >> bit & 1 != 0;
         on.then(|| self.since[((register - ENABLE) / 4) as usize][bit as usize])
+    }
+
+    /// Whether the peripheral at an address is held in reset.
+    pub(crate) fn is_held(&self, address: u32) -> bool {
+        enable_of(address)
+            .is_some_and(|place| self.read(place.0 - ENABLES_AFTER) >> place.1 & 1 != 0)
+    }
+}
+
+/// Whether a write of `value` to RCC's register at `offset` resets the peripheral at an address.
+pub(crate) fn resets(offset: u32, value: u32, address: u32) -> bool {
+    enable_of(address)
+        .is_some_and(|(register, bit)| register - ENABLES_AFTER == offset && value >> bit & 1 != 0)
+}
+
+/// The enable register and the bit of the peripheral at an address; the reset registers have the
+/// same bits.
+fn enable_of(address: u32) -> Option<(u32, u32)> {
+    let page = address & !0x3FF;
+    Some(match page {
+        0x4002_0000..=0x4002_23FF => (0x30, page >> 10 & 15),
+        0x4002_3000 => (0x30, 12),
+        0x4002_6000 => (0x30, 21),
+        0x4002_6400 => (0x30, 22),
+        0x5000_0000..=0x5003_FFFF => (0x34, 7),
+        0x4000_0000..=0x4000_23FF => (0x40, page >> 10 & 15),
+        0x4000_4400..=0x4000_53FF => (0x40, 17 + ((page - 0x4000_4400) >> 10)),
+        0x4000_7000 => (0x40, 28),
+        0x4001_0000 => (0x44, 0),
+        0x4001_0400 => (0x44, 1),
+        0x4001_1000 => (0x44, 4),
+        0x4001_1400 => (0x44, 5),
+        0x4001_2000 => (0x44, 8),
+        0x4001_3800 => (0x44, 14),
+        0x4001_4000..=0x4001_4BFF => (0x44, 16 + (page >> 10 & 3)),
+        _ => return None,
+    })
+}
+
+/// Whether a value of the register at `offset` asks for nothing that is not modelled.
+fn is_modelled(offset: u32, value: u32) -> bool {
+    let awake = |&(place, bits): &(usize, u32)| place as u32 != offset || value == bits;
+    match offset as usize / 4 {
+        AHB1ENR => value & CCMDATARAMEN != 0,
+        CFGR => value & OUTPUTS == 0,
+        CIR => value & READY_INTERRUPTS == 0,
+        BDCR => value == 0,
+        SSCGR => value & SSCGEN == 0,
+        _ => SLEEP_ENABLES.iter().all(awake),
     }
 }
 
@@ -383,11 +513,76 @@ mod tests {
         let clocks = rcc.clocks();
         assert_eq!((clocks.hclk, clocks.apb1, clocks.apb2), (168_000_000, 4, 2));
         assert_eq!(rcc.read(0x08) & 0xC, 8, "SWS");
-        rcc.check(5, &mut warnings);
+        rcc.check(5, true, &mut warnings);
         assert_eq!(warnings.all(), []);
-        rcc.check(4, &mut warnings);
+        assert_eq!(rcc.usb_hz(), 48_000_000);
+        rcc.check(4, true, &mut warnings);
+        rcc.check(5, false, &mut warnings);
         let hclk = 168_000_000;
-        assert_eq!(warnings.all(), [Warning::TooFewWaitStates { hclk }]);
+        let expected = [
+            Warning::TooFewWaitStates { hclk },
+            Warning::VoltageTooLow { hclk },
+        ];
+        assert_eq!(warnings.all(), expected);
+    }
+
+    #[test]
+    fn the_plls_settings_stay_while_it_is_on() {
+        let (mut rcc, mut warnings) = started();
+        let before = rcc.read(0x04);
+        rcc.write(0x04, before, 0, &mut warnings);
+        assert_eq!(warnings.all(), []);
+        rcc.write(0x04, 8 | 336 << 6 | 7 << 24, 0, &mut warnings);
+        assert_eq!(rcc.read(0x04), before);
+        assert_eq!(warnings.all(), [Warning::PllRunning]);
+    }
+
+    #[test]
+    fn sources_that_are_in_use_cannot_be_switched_off() {
+        let (mut rcc, mut warnings) = started();
+        rcc.write(0x00, 0x80, 0, &mut warnings);
+        assert_eq!(rcc.read(0x00), 0x80 | HSEON | HSERDY | PLLON | PLLON << 1);
+        assert_eq!(rcc.clocks().hclk, 168_000_000);
+        rcc.write(0x00, 0x81 | HSEON | PLLON, 0, &mut warnings);
+        rcc.write(0x08, 0, 0, &mut warnings);
+        rcc.write(0x00, 0x80, 0, &mut warnings);
+        assert_eq!(rcc.read(0x00), 0x83);
+    }
+
+    #[test]
+    fn a_clock_that_was_selected_too_early_takes_over_once_it_is_ready() {
+        let (mut rcc, mut warnings) = (Rcc::new(8_000_000), Warnings::default());
+        rcc.write(0x08, 1, 0, &mut warnings);
+        assert_eq!(rcc.clocks().hclk, HSI_HZ);
+        assert_eq!(warnings.all(), [Warning::ClockNotReady]);
+        rcc.write(0x00, 0x83 | HSEON, 0, &mut warnings);
+        assert_eq!(rcc.clocks().hclk, 8_000_000);
+    }
+
+    #[test]
+    fn a_pll_without_its_source_does_not_lock() {
+        let (mut rcc, mut warnings) = (Rcc::new(8_000_000), Warnings::default());
+        rcc.write(0x04, rcc.read(0x04) | PLL_FROM_CRYSTAL, 0, &mut warnings);
+        rcc.write(0x00, 0x83 | PLLON, 0, &mut warnings);
+        assert_eq!(rcc.read(0x00) & PLLON << 1, 0);
+        rcc.write(0x00, 0x83 | PLLON | HSEON, 0, &mut warnings);
+        assert_ne!(rcc.read(0x00) & PLLON << 1, 0);
+    }
+
+    #[test]
+    fn what_is_not_modelled_is_said() {
+        for (offset, value) in [
+            (0x08, 1 << 21),
+            (0x0C, 1 << 12),
+            (0x60, 0),
+            (0x70, 1),
+            (0x80, SSCGEN),
+        ] {
+            let (mut rcc, mut warnings) = started();
+            rcc.write(offset, value, 0, &mut warnings);
+            let address = BASE + offset;
+            assert!(warnings.all().contains(&Warning::NotModelled { address }));
+        }
     }
 
     #[test]
@@ -405,11 +600,26 @@ mod tests {
         let (mut rcc, mut warnings) = started();
         assert!(!rcc.clone().crystal_fails(), "not asked to watch");
         rcc.write(0x00, rcc.read(0x00) | CSSON, 0, &mut warnings);
+        // The internal oscillator is forced on (section 7.3.1).
+        rcc.write(0x00, rcc.read(0x00) & !HSION, 0, &mut warnings);
         assert!(rcc.crystal_fails());
         assert_eq!(rcc.clocks().hclk, HSI_HZ);
+        assert_eq!(rcc.read(0x00), 0x83 | CSSON);
         assert!(rcc.non_maskable());
         rcc.write(0x0C, CSSC, 0, &mut warnings);
         assert!(!rcc.non_maskable());
+    }
+
+    #[test]
+    fn a_crystal_that_is_not_in_use_changes_no_clock_when_it_stops() {
+        let (mut rcc, mut warnings) = started();
+        rcc.write(0x08, 0, 0, &mut warnings);
+        rcc.write(0x00, 0x83 | HSEON | CSSON, 0, &mut warnings);
+        rcc.write(0x04, 8 | 100 << 6, 0, &mut warnings);
+        rcc.write(0x00, 0x83 | HSEON | CSSON | PLLON, 0, &mut warnings);
+        rcc.write(0x08, 2, 0, &mut warnings);
+        assert!(rcc.crystal_fails() && rcc.non_maskable());
+        assert_eq!(rcc.clocks().hclk, 100_000_000);
     }
 
     #[test]
@@ -427,6 +637,7 @@ mod tests {
     fn a_brown_out_is_told_from_power_that_comes_on() {
         let mut rcc = Rcc::new(8_000_000);
         rcc.write(0x74, RMVF, 0, &mut Warnings::default());
+        rcc.reset(ResetCause::Watchdog);
         rcc.reset(ResetCause::BrownOut);
         assert_eq!(rcc.read(0x74), 0x0600_0000);
     }

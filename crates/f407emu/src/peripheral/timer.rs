@@ -255,14 +255,15 @@ impl Timer {
         }
         self.update();
         self.sr |= UIF;
-        if self.cr1 & OPM != 0 {
-            self.cr1 &= !CEN;
-        }
         true
     }
 
-    /// Loads the shadow registers (RM0090 section 18.3.1).
+    /// An update event: loads the shadow registers (RM0090 section 18.3.1). It stops the counter in
+    /// one-pulse mode, also if the program has made it (section 18.4.1, OPM and CEN).
     fn update(&mut self) {
+        if self.cr1 & OPM != 0 {
+            self.cr1 &= !CEN;
+        }
         self.prescaler = self.psc;
         self.top = self.arr;
         self.repetitions = self.rcr;

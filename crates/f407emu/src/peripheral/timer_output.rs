@@ -89,10 +89,16 @@ impl Outputs {
         half(self.ccmr, channel) & 3 != 0
     }
 
-    /// Whether an input uses something that is not modelled: the trigger, a prescaler, a filter.
+    /// Whether a channel uses something that is not modelled: as an input the trigger, a prescaler or
+    /// a filter; as an output the external signal that clears it (OCxCE).
     pub(crate) fn is_conditioned(&self, channel: usize) -> bool {
+        const CLEARED_FROM_OUTSIDE: u32 = 1 << 7;
         let half = half(self.ccmr, channel);
-        half & 3 == 3 || (half & 3 != 0 && half >> 2 != 0)
+        match half & 3 {
+            0 => half & CLEARED_FROM_OUTSIDE != 0,
+            3 => true,
+            _ => half >> 2 != 0,
+        }
     }
 
     /// Whether a channel captures an edge of the timer's pin `input`. CCxS selects the pin: its own

@@ -99,6 +99,13 @@ fn one_pulse_mode_stops_at_the_update() {
 }
 
 #[test]
+fn an_update_by_the_program_stops_the_counter_in_one_pulse_mode() {
+    let mut timer = timer(TIM3, &[(0x2C, 419), (0x00, OPM | CEN)]);
+    write(&mut timer, 0x14, UG, 10);
+    assert_eq!((timer.read(0x00, 10), timer.next_event()), (OPM, NEVER));
+}
+
+#[test]
 fn an_update_by_the_program_sets_the_flag_unless_urs_says_otherwise() {
     let update = |control| {
         let mut timer = timer(TIM3, &[(0x00, control), (0x0C, UDE)]);
@@ -198,6 +205,8 @@ fn what_is_not_modelled_is_said() {
         (0x0C, 1 << 6),
         (0x14, 1 << 6),
         (0x18, 3),
+        (0x18, 1 << 7),
+        (0x1C, 1 << 15),
         (0x44, 1 << 12),
         (0x44, 1 << 8),
         (0x48, 1),

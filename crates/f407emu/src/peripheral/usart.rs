@@ -4,11 +4,15 @@
 //! The test's end uses the same rate, and keeps bytes until the line is free, so that a byte can be
 //! lost only if the program reads too late.
 //!
-//! Not modelled: parity, the ninth bit, framing errors and noise; breaks; the idle frame that TE
-//! sends before the first byte; LIN, smartcard, IrDA, half duplex, the synchronous mode, hardware
-//! flow control, mute mode. A byte counts as received at the end of its last stop bit; with two
-//! stop bits, the chip waits for the first one only. A byte that is written while the transmitter
-//! is off is lost. A byte that is under way when the transmitter is switched off still goes out.
+//! After an overrun the receiver takes no byte until the program has read SR and then DR (section
+//! 30.3.3). A byte that had begun before the receiver was switched on is lost.
+//!
+//! Not modelled, and warned of where a program asks for it: parity, the ninth bit, breaks, LIN,
+//! smartcard, IrDA, half duplex, the synchronous mode, hardware flow control, mute mode, half stop
+//! bits, rates out of range, and changes while a byte goes out. Not modelled either: framing errors
+//! and noise, and the idle frame that TE sends before the first byte. A byte counts as received at
+//! the end of its last stop bit; with two stop bits, the chip waits for the first one only. A byte
+//! that is written while the transmitter is off is lost.
 use super::NEVER;
 use crate::warning::{Warning, Warnings};
 use std::collections::VecDeque;
@@ -34,6 +38,14 @@ const OVER8: u32 = 1 << 15;
 const EIE: u32 = 1;
 const DMAR: u32 = 1 << 6;
 const DMAT: u32 = 1 << 7;
+/// The bits of the control registers that are not modelled. In CR1: break, mute mode, parity, the
+/// ninth bit. In CR2: address, LIN, half stop bits, clock output. In CR3: IrDA, half duplex,
+/// smartcard, flow control.
+const CR1_UNKNOWN: u32 = 0x1F03;
+const CR2_UNKNOWN: u32 = 0x5F6F;
+const CR3_UNKNOWN: u32 = 0x073E;
+/// The smallest value of USART_BRR: USARTDIV is 1 at least (section 30.3.4).
+const LEAST_DIVIDER: u32 = 16;
 
 /// The requests of a USART to the DMA controllers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -64,6 +76,8 @@ pub(crate) struct Usart {
     to_receive: VecDeque<u8>,
     receive_at: u64,
     idle_at: u64,
+    /// Whether the byte on the line had begun before the receiver was switched on.
+    misses: bool,
     /// Bytes that the program has sent.
     pub(crate) output: Vec<u8>,
     /// The number of bytes that came before the one before them had been read.
@@ -90,6 +104,7 @@ impl Usart {
             to_receive: VecDeque::new(),
             receive_at: NEVER,
             idle_at: NEVER,
+            misses: false,
             output: Vec::new(),
             overruns: 0,
         }
@@ -102,6 +117,7 @@ impl Usart {
             receive_at: self.receive_at,
             output: core::mem::take(&mut self.output),
             overruns: self.overruns,
+            bus_clock: self.bus_clock,
             ..Usart::new(self.base)
         };
     }
@@ -156,10 +172,11 @@ impl Usart {
         } else {
             (now + frame, NEVER)
         };
-        let Some(byte) = byte.filter(|_| self.has(UE | RE)) else {
+        let misses = core::mem::take(&mut self.misses);
+        let Some(byte) = byte.filter(|_| self.has(UE | RE) && !misses) else {
             return false;
         };
-        if self.status & RXNE != 0 {
+        if self.status & (RXNE | ORE) != 0 {
             self.status |= ORE;
             self.overruns += 1;
             return false;
@@ -255,11 +272,12 @@ impl Usart {
         warnings: &mut Warnings,
     ) -> UsartRequests {
         let mut requests = UsartRequests::default();
+        let before = (self.brr, self.cr1 & (M | TE | OVER8));
         match offset {
             0x00 => self.status &= value | !(RXNE | TC),
             0x04 => requests.transmit = self.transmit(value as u8, now, warnings),
             0x08 => self.brr = value,
-            0x0C => self.cr1 = value,
+            0x0C => self.write_control(value, now),
             0x10 => self.cr2 = value,
             0x14 => {
                 // A flag that is already set requests at once.
@@ -269,7 +287,32 @@ impl Usart {
             0x18 => self.gtpr = value,
             _ => {}
         }
+        let base = self.base;
+        if !self.is_modelled() {
+            warnings.add(Warning::UsartMode { base });
+        }
+        if self.shifting.is_some() && before != (self.brr, self.cr1 & (M | TE | OVER8)) {
+            warnings.add(Warning::UsartDisturbed { base });
+        }
         requests
+    }
+
+    fn write_control(&mut self, value: u32, now: u64) {
+        let was_on = self.has(UE | RE);
+        self.cr1 = value;
+        let begun = self.receive_at != NEVER && now + self.frame() > self.receive_at;
+        self.misses |= begun && self.has(UE | RE) && !was_on;
+    }
+
+    /// Whether all that the registers ask for is modelled.
+    fn is_modelled(&self) -> bool {
+        let runs = self.has(UE) && self.cr1 & (TE | RE) != 0;
+        let has_rate = self.brr >= LEAST_DIVIDER && (!self.has(OVER8) || self.brr & 8 == 0);
+        self.cr1 & CR1_UNKNOWN == 0
+            && self.cr2 & CR2_UNKNOWN == 0
+            && self.cr3 & CR3_UNKNOWN == 0
+            && self.gtpr == 0
+            && (has_rate || !runs)
     }
 
     fn transmit(&mut self, byte: u8, now: u64, warnings: &mut Warnings) -> bool {
@@ -347,6 +390,71 @@ mod tests {
         usart.event(usart.next_event());
         usart.read(0x04);
         assert!(usart.interrupt());
+    }
+
+    #[test]
+    fn after_an_overrun_no_byte_comes_until_sr_and_dr_have_been_read() {
+        let (mut usart, _) = started();
+        usart.send(b"abcd", 0);
+        let next = |usart: &mut Usart| {
+            usart.event(usart.next_event());
+        };
+        next(&mut usart);
+        next(&mut usart);
+        assert_eq!(usart.read(0x04), u32::from(b'a'), "clears RXNE, not ORE");
+        next(&mut usart);
+        assert_eq!(usart.read(0x00) & (ORE | RXNE), ORE);
+        assert_eq!(usart.overruns, 2);
+        usart.read(0x04);
+        next(&mut usart);
+        assert_eq!(usart.read(0x00) & (ORE | RXNE), RXNE);
+        assert_eq!(usart.read(0x04), u32::from(b'd'));
+    }
+
+    #[test]
+    fn a_byte_that_began_before_the_receiver_was_on_is_lost() {
+        let (mut usart, mut warnings) = started();
+        usart.write(0x0C, UE | TE, 0, &mut warnings);
+        usart.send(b"ab", 0);
+        usart.write(0x0C, UE | TE | RE, 1, &mut warnings);
+        usart.event(usart.next_event());
+        assert_eq!(usart.read(0x00) & RXNE, 0);
+        usart.event(usart.next_event());
+        assert_eq!(usart.read(0x04), u32::from(b'b'));
+        assert_eq!(warnings.all(), []);
+    }
+
+    #[test]
+    fn what_is_not_modelled_is_said() {
+        for (register, value) in [
+            (0x08, 15),
+            (0x0C, UE | TE | 1),
+            (0x0C, UE | TE | 1 << 10),
+            (0x0C, UE | TE | M),
+            (0x10, 1 << 14),
+            (0x10, 1 << 12),
+            (0x14, 1 << 3),
+            (0x14, 1 << 9),
+            (0x18, 1),
+        ] {
+            let (mut usart, mut warnings) = started();
+            assert_eq!(warnings.all(), []);
+            usart.write(register, value, 0, &mut warnings);
+            let base = 0x4000_4400;
+            let expected = [Warning::UsartMode { base }];
+            assert_eq!(warnings.all(), expected, "{register:#x} {value:#x}");
+        }
+    }
+
+    #[test]
+    fn a_change_while_a_byte_goes_out_is_said() {
+        for (register, value) in [(0x08, 100), (0x0C, UE | RE)] {
+            let (mut usart, mut warnings) = started();
+            usart.write(0x04, u32::from(b'o'), 0, &mut warnings);
+            usart.write(register, value, 100, &mut warnings);
+            let base = 0x4000_4400;
+            assert_eq!(warnings.all(), [Warning::UsartDisturbed { base }]);
+        }
     }
 
     #[test]

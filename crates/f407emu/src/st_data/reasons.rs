@@ -73,7 +73,6 @@ pub(super) const PLAIN: &[(&str, &str)] = &[
     ),
     ("FLASH.CR", "locked until its keys (RM0090 section 3.6.1)"),
     ("FLASH.OPTCR", "option bytes cannot be written here"),
-    ("DMA*.CR", "a stream without data to move does not start"),
     ("OTG_FS_GLOBAL.GRSTCTL", "resets are over at once"),
     ("OTG_FS_GLOBAL.GINTSTS", "ones clear its flags"),
     ("OTG_FS_GLOBAL.CID", "nothing can be noted there"),

@@ -13,7 +13,12 @@ use crate::{
 
 impl Machine {
     pub(crate) fn dma_write(&mut self, index: usize, offset: u32, value: u32, now: u64) {
-        if let Some(stream) = self.devices.dma[index].write(offset, value) {
+        let dma = &mut self.devices.dma[index];
+        if let Some(stream) = dma.write(offset, value, &mut self.warnings) {
+            if index == 0 {
+                // DMA1 cannot move data from memory to memory (RM0090 section 10.3.6).
+                self.warnings.add(Warning::DmaMode);
+            }
             while self.devices.dma[index].is_enabled(stream) {
                 self.move_datum(index, stream, now);
             }
@@ -37,9 +42,6 @@ impl Machine {
 
     fn move_datum(&mut self, index: usize, stream: usize, now: u64) {
         let transfer = self.devices.dma[index].advance(stream);
-        if transfer.packs {
-            self.warnings.add(Warning::DmaPacking);
-        }
         if let Err(address) = self.transfer(transfer, index, stream, now) {
             self.warnings.add(Warning::DmaUnreachable { address });
             self.devices.dma[index].fail(stream);
@@ -47,7 +49,7 @@ impl Machine {
         self.dma_changed(index, stream);
     }
 
-    fn dma_changed(&mut self, index: usize, stream: usize) {
+    pub(crate) fn dma_changed(&mut self, index: usize, stream: usize) {
         let up = self.devices.dma[index].interrupt(stream);
         self.nvic.set_line(dma::exception(index, stream), up);
     }

@@ -13,6 +13,7 @@ use crate::{
         rcc::{Clocks, ResetCause},
     },
     record::{Cause, FlashOperation},
+    trap::Stray,
     world::Happening,
 };
 
@@ -103,11 +104,18 @@ impl Machine {
 
     /// RCC or the flash's wait states have changed.
     pub(crate) fn clocks_changed(&mut self, now: u64) {
-        let wait_states = self.devices.flash.acr & 7;
-        self.devices.rcc.check(wait_states, &mut self.warnings);
+        self.check_clocks();
         let stopped = self.devices.rcc.non_maskable();
         self.nvic.set_line(Exception::NMI, stopped);
         self.update_clocks(now);
+    }
+
+    /// Warns if limits of the chip are exceeded.
+    pub(crate) fn check_clocks(&mut self) {
+        let wait_states = self.devices.flash.acr & 7;
+        let scale_1 = self.devices.pwr.has_scale_1();
+        let warnings = &mut self.warnings;
+        self.devices.rcc.check(wait_states, scale_1, warnings);
     }
 
     /// Updates the clocks of all peripherals that count.
@@ -137,6 +145,12 @@ impl Machine {
     pub(crate) fn flash_write(&mut self, offset: u32, value: u32, now: u64) {
         const RESETS_CACHES: u32 = 3 << 11;
         let before = self.devices.flash.acr;
+        // FLASH_CR keeps the bus until the operation under way has ended (RM0090 section 3.6.1).
+        let now = match offset {
+            0x10 => now.max(self.devices.flash.busy_until),
+            _ => now,
+        };
+        self.cycle = self.cycle.max(now);
         let time = (now, self.clocks.hclk);
         let flash = &mut self.devices.flash;
         if let Some(erase) = flash.write(offset, value, time, &mut self.warnings) {
@@ -144,6 +158,9 @@ impl Machine {
             self.record_flash_operation(now, erase.range.start, true);
             self.memory.erase(erase.range);
             self.art.flush();
+        }
+        if self.devices.flash.is_barred() {
+            self.stop_astray(0x4002_3C00 + offset, Stray::WrongKey);
         }
         let acr = self.devices.flash.acr;
         if acr != before || acr & RESETS_CACHES != 0 {

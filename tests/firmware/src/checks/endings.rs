@@ -6,7 +6,7 @@ use super::{
     Figures,
 };
 use crate::{
-    bench::{ensure, Failure},
+    bench::{ensure, Bench, Failure},
     firmware::{Build, Firmware},
 };
 use leadscrew_f407emu::{Cause, ResetCause};
@@ -157,19 +157,28 @@ pub(crate) fn resets(firmware: &Firmware) -> Result<Figures, Failure> {
     for (cause, says) in RESETS {
         let mut bench = base.clone();
         let reset = bench.machine.cycle() + 1_000;
-        bench.machine.reset_at(reset, cause);
-        bench.run_to(reset + 100)?;
-        let heard = bench.hear_boot()?;
-        let said = heard.iter().find(|line| line.starts_with("[MSG:"));
-        ensure(said.map(String::as_str) == says, || {
-            format!("{cause:?}: says {heard:?}")
-        })?;
+        let said = says_after(&mut bench, cause, reset)?;
+        ensure(said.as_deref() == says, || format!("{cause:?}: {said:?}"))?;
         ensure(
             last_step(&bench) <= reset && power_edge(&bench)?.cycle <= reset,
             || format!("{cause:?}: something goes on after it"),
         )?;
         ensure_safe(&bench)?;
+        // The chip keeps the causes of resets until the program clears them.
+        let later = bench.machine.cycle() + 1_000;
+        let said = says_after(&mut bench, ResetCause::Pin, later)?;
+        ensure(said.is_none(), || {
+            format!("{cause:?}, and another reset: {said:?}")
+        })?;
         figures.add(format!("{cause:?}"), says.unwrap_or("nothing is said"));
     }
     Ok(figures)
+}
+
+/// Resets the chip at a cycle. Returns the message with which it starts, if it has one.
+fn says_after(bench: &mut Bench, cause: ResetCause, cycle: u64) -> Result<Option<String>, Failure> {
+    bench.machine.reset_at(cycle, cause);
+    bench.run_to(cycle + 100)?;
+    let heard = bench.hear_boot()?;
+    Ok(heard.into_iter().find(|line| line.starts_with("[MSG:")))
 }

@@ -9,7 +9,7 @@ const NAKSTS: u32 = 1 << 17;
 const STALL: u32 = 1 << 21;
 const CNAK: u32 = 1 << 26;
 const SNAK: u32 = 1 << 27;
-const EPDIS: u32 = 1 << 30;
+pub(super) const EPDIS: u32 = 1 << 30;
 const EPENA: u32 = 1 << 31;
 /// Bits of the control register that keep the written value: type, number of the FIFO, snooping,
 /// largest packet, active, stall.
@@ -29,8 +29,11 @@ pub(super) fn place(offset: u32) -> (usize, u32) {
     ((offset >> 5) as usize, offset & 0x1F)
 }
 
-fn controlled(before: u32, value: u32) -> u32 {
-    let mut control = before & (EPENA | NAKSTS) | value & KEPT;
+/// The control register of endpoint `index` after `value` has been written to it. The program can
+/// set the stall of endpoint 0, but cannot end it.
+fn controlled(before: u32, value: u32, index: usize) -> u32 {
+    let sticky = if index == 0 { STALL } else { 0 };
+    let mut control = before & (EPENA | NAKSTS | sticky) | value & KEPT;
     if value & CNAK != 0 {
         control &= !NAKSTS;
     }
@@ -72,13 +75,20 @@ impl Registers {
         }
     }
 
-    pub(super) fn write(&mut self, register: u32, value: u32) {
+    /// Whether the program has enabled a transfer.
+    pub(super) fn is_enabled(&self) -> bool {
+        self.control & EPENA != 0
+    }
+
+    /// Writes a register of endpoint `index`. An endpoint that is not enabled has nothing to
+    /// disable.
+    pub(super) fn write(&mut self, index: usize, register: u32, value: u32) {
         match register {
             0x00 => {
-                self.control = controlled(self.control, value);
-                if value & EPDIS != 0 {
+                if value & EPDIS != 0 && self.control & EPENA != 0 {
                     self.flags |= EPDISD;
                 }
+                self.control = controlled(self.control, value, index);
             }
             0x08 => self.flags &= !value,
             0x10 => self.size = value,
@@ -89,6 +99,17 @@ impl Registers {
     /// A request has come: ends a stall, and drops a transfer under way.
     pub(super) fn begin_request(&mut self) {
         self.control = self.control & !STALL | NAKSTS;
+    }
+
+    /// The host has reset the bus: only endpoint 0 stays active.
+    pub(super) fn deactivate(&mut self) {
+        self.control &= !USBAEP;
+    }
+
+    /// The program has taken the end of a SETUP stage: OUT endpoint 0 is no longer enabled
+    /// (section 34.17.6).
+    pub(super) fn end_setup(&mut self) {
+        self.control &= !EPENA;
     }
 
     /// The answer of endpoint `index` when it cannot take part in a transfer; `None` if it can.
@@ -116,11 +137,13 @@ impl Registers {
         let packets = self.packets().saturating_sub(1);
         let left = self.bytes().saturating_sub(bytes);
         self.size = self.size & !(XFRSIZ | PKTCNT) | packets << 19 | left;
-        if packets == 0 {
-            self.control = self.control & !EPENA | NAKSTS;
-            self.flags |= XFRC;
-        }
         packets == 0
+    }
+
+    /// A transfer has ended: the program knows of it.
+    pub(super) fn end_transfer(&mut self) {
+        self.control &= !EPENA;
+        self.flags |= XFRC;
     }
 }
 
@@ -156,7 +179,9 @@ impl In {
         }
         let mut data: Vec<u8> = self.fifo.drain(..4 * words).collect();
         data.truncate(length as usize);
-        self.registers.packet(length);
+        if self.registers.packet(length) {
+            self.registers.end_transfer();
+        }
         Answer::Ack(data)
     }
 }
@@ -168,8 +193,15 @@ pub(super) struct Out {
 }
 
 impl Out {
-    /// Counts a packet. Answers whether it was the transfer's last one.
-    pub(super) fn take(&mut self, length: usize) -> bool {
-        self.registers.packet(length as u32)
+    /// Counts a packet of endpoint `index`. Answers whether it was the transfer's last one, as a
+    /// short one is: no more are taken. The endpoint stays enabled until the program has read that
+    /// the transfer has ended (section 34.17.6).
+    pub(super) fn take(&mut self, index: usize, length: usize) -> bool {
+        let is_short = (length as u32) < largest(self.registers.control, index);
+        let is_last = self.registers.packet(length as u32) || is_short;
+        if is_last {
+            self.registers.control |= NAKSTS;
+        }
+        is_last
     }
 }
