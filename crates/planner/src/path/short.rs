@@ -34,6 +34,8 @@ const NEAR2: f32 = 1.0 / (6 * STEPS * 6 * STEPS) as f32;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Short<const AXES: usize, const MOTORS: usize> {
     motors: [Motor; MOTORS],
+    /// Steps of all motors, without signs.
+    steps: f32,
     pub(crate) pieces: Joined<AXES>,
 }
 
@@ -53,6 +55,7 @@ impl<const AXES: usize, const MOTORS: usize> Short<AXES, MOTORS> {
     pub(crate) fn new(delta: &[i32; MOTORS], way: [f32; AXES]) -> Self {
         Self {
             pieces: Joined::new(way),
+            steps: count(delta),
             motors: delta.map(|steps| Motor {
                 steps,
                 smallest: -1.0,
@@ -75,15 +78,9 @@ impl<const AXES: usize, const MOTORS: usize> Short<AXES, MOTORS> {
         if !whole.pieces.are_near(NEAR2 * short2) {
             return None;
         }
-        let done = self
-            .motors
-            .iter()
-            .fold(0.0, |sum, motor| sum + (motor.steps as f32).abs());
-        let all = delta
-            .iter()
-            .fold(done, |sum, steps| sum + (*steps as f32).abs());
+        whole.steps += count(delta);
         let mut motors = whole.motors.iter_mut().zip(delta);
-        let joins = motors.all(|(motor, more)| motor.lengthen(*more, done, all));
+        let joins = motors.all(|(motor, more)| motor.lengthen(*more, self.steps, whole.steps));
         joins.then_some(whole)
     }
 
@@ -97,6 +94,13 @@ impl<const AXES: usize, const MOTORS: usize> Short<AXES, MOTORS> {
         let motors = self.motors.iter();
         motors.fold(0, |most, motor| most.max(motor.steps.unsigned_abs()))
     }
+}
+
+/// Steps of all motors, without signs.
+fn count<const MOTORS: usize>(delta: &[i32; MOTORS]) -> f32 {
+    delta
+        .iter()
+        .fold(0.0, |sum, steps| sum + (*steps as f32).abs())
 }
 
 impl Motor {

@@ -319,13 +319,13 @@ where
     /// `at` tells where the running move is.
     pub(crate) fn outlook(&mut self, at: impl FnOnce() -> Whereabouts) -> Outlook {
         /// The most moves that are planned at a time.
-        const MOST: usize = 4;
+        const MOST: u32 = 4;
         self.find();
-        if self.hangs() && self.lacks_what_waits() && self.slows_down_soon(at()) {
-            for _ in 0..MOST {
-                if self.lacks_what_waits() {
-                    self.settle_one(true);
-                }
+        if self.hangs() && self.slows_down_soon(at()) {
+            let mut planned = 0;
+            while planned < MOST && self.lacks_what_waits() {
+                self.settle_one(true);
+                planned += 1;
             }
             self.find();
         }

@@ -23,11 +23,14 @@ const NVIC_ISPR1: u32 = 0xE000_E204;
 const USART3: u32 = 1 << (39 - 32);
 const EXTI_SWIER: u32 = 0x4001_3C10;
 const EXTI_IMR: u32 = 0x4001_3C00;
+const APB1ENR: u32 = 0x4002_3840;
+const TIM2_ON: u32 = 1;
+const TIM2_PSC: u32 = 0x4000_0028;
 
 /// The stores of a bootloader that leaves things switched on: SysTick runs with its interrupt
 /// pending, an interrupt that the program does not use is enabled and pending, a line of EXTI is
-/// enabled, and a DMA stream writes to SRAM for ever.
-const LEFT_BEHIND: [(u32, u32); 13] = [
+/// enabled, a DMA stream writes to SRAM for ever, and the step timer counts each fourth clock.
+const LEFT_BEHIND: [(u32, u32); 16] = [
     (AHB1ENR, 0x0050_0000),
     (AHB1ENR, 0x0050_0000),
     (0xE000_E014, 15_999),
@@ -41,6 +44,9 @@ const LEFT_BEHIND: [(u32, u32); 13] = [
     (DMA2_S1CR + 0x4, 16),
     (DMA2_S1CR + 0xC, 0x2001_0000),
     (DMA2_S1CR, 1 << 10 | 1 << 8 | DMA_ENABLED),
+    (APB1ENR, TIM2_ON),
+    (APB1ENR, TIM2_ON),
+    (TIM2_PSC, 3),
 ];
 
 /// A bootloader that makes these stores, then goes to the program whose vector table is at `start`.
@@ -108,6 +114,7 @@ pub(crate) fn bootloaders(firmware: &Firmware) -> Result<Figures, Failure> {
         ("an interrupt of nobody's waits", NVIC_ISPR1, USART3),
         ("a line of EXTI is on", EXTI_IMR, 1 << 6),
         ("a DMA stream runs", DMA2_S1CR, DMA_ENABLED),
+        ("the step timer is slow", TIM2_PSC, 0xFFFF),
     ] {
         let word = bench.machine.peek(register);
         ensure(word & bits == 0, || {
