@@ -62,7 +62,8 @@ impl Peak {
     };
 
     /// The place where the least of all bounds is highest: the lowest crossing of a bound that
-    /// rises with `x` and one that falls. (The two of one axis cross at rest.)
+    /// rises with `x` and one that falls. (The two of one axis cross at rest.) Its height is taken
+    /// from the rising one: where the falling one is steep, that has a difference of great numbers.
     ///
     /// Not inlined, so that it is not unrolled either: 0.7 KB of a firmware.
     #[inline(never)]
@@ -72,7 +73,7 @@ impl Peak {
             for rising in bounds.iter().filter(|bound| bound.slope >= 0.0) {
                 let apart = falling.share * rising.slope - rising.share * falling.slope;
                 let at = (rising.share - falling.share) / apart;
-                let reached = (1.0 + falling.slope * at) / falling.share;
+                let reached = (1.0 + rising.slope * at) / rising.share;
                 if at >= 0.0 && reached < peak.reached {
                     peak = Self { at, reached };
                 }
@@ -218,6 +219,19 @@ impl Rise {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    /// Two steep bounds cross one that hardly rises, at nearly the same height.
+    #[test]
+    fn the_lower_one_of_two_crossings_is_the_peak() {
+        let angle = 4.711_852_6_f32;
+        let piece = Piece {
+            tangent: [angle.cos(), angle.sin()],
+            length: 4.764_33,
+        };
+        let bends = [[0.681_002_9, 0.488_359_4], [0.203_122_6, 0.0]];
+        let peak = piece.peak(&bends[0], &bends[1], Rise::Backward);
+        assert!((peak.at - 1.26).abs() < 0.01, "{}", peak.at);
+    }
 
     proptest! {
         /// Of 1000 speeds at this end none lets the other end be faster than promised, and one lets
