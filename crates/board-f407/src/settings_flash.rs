@@ -45,8 +45,12 @@ impl Sectors {
 /// flash, and clears the caches.
 fn unlocked(work: impl FnOnce(&flash::RegisterBlock)) -> Result<(), FlashError> {
     let flash = registers::flash();
-    flash.keyr().write(|w| w.key().set(0x4567_0123));
-    flash.keyr().write(|w| w.key().set(0xCDEF_89AB));
+    // A bootloader may have left it open. Keys that come then may be a wrong sequence, which locks
+    // it until the next reset (RM0090 section 3.6.1).
+    if flash.cr().read().lock().bit_is_set() {
+        flash.keyr().write(|w| w.key().set(0x4567_0123));
+        flash.keyr().write(|w| w.key().set(0xCDEF_89AB));
+    }
     // The error flags and the end-of-operation flag are cleared by ones (RM0090 section 3.9.5).
     flash.sr().put(0xF3);
     work(flash);

@@ -58,9 +58,8 @@ impl Store {
 /// exceptions (DDI 0403, B3.2.4 and B3.3), all interrupts and their pending bits (B3.4), lines of
 /// EXTI (RM0090 section 12.3), both DMA controllers, USB, timers, USARTs and the ADC (resets of RCC,
 /// sections 7.3.5, 7.3.6, 7.3.8 and 7.3.9). What they are set to is forgotten: a prescaler would
-/// make steps slow, and the flag of an overrun would make a serial line deaf. The flash is locked
-/// (section 3.9.5): keys that come while it is open may be taken for a wrong sequence.
-const FRESH: [Store; 19] = [
+/// make steps slow, and the flag of an overrun would make a serial line deaf.
+const FRESH: [Store; 18] = [
     Store::whole(0xE000_E010, 0),
     Store::whole(0xE000_ED04, 1 << 27 | 1 << 25),
     Store::whole(0x4001_3C00, 0),
@@ -73,7 +72,6 @@ const FRESH: [Store; 19] = [
     Store::new(0x4002_3820, TIMERS_AND_USARTS.0, 0),
     Store::new(0x4002_3824, 0, TIMERS_AND_USARTS.1),
     Store::new(0x4002_3824, TIMERS_AND_USARTS.1, 0),
-    Store::whole(0x4002_3C10, 1 << 31),
     Store::whole(0xE000_E180, u32::MAX),
     Store::whole(0xE000_E184, u32::MAX),
     Store::whole(0xE000_E188, u32::MAX),
