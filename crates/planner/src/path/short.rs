@@ -25,7 +25,11 @@ use crate::real::{least, most};
 /// 1/2000.
 pub(crate) const STEPS: u32 = 32;
 
-/// Pieces of a smooth curve are joined while their centre is no farther from the joined move than
+/// A joined move gives no direction at all while all motors together make fewer steps than this.
+/// Until then its pieces are joined within a step, wherever their centre is.
+const FEWEST: f32 = 0.5 * STEPS as f32;
+
+/// Longer pieces of a smooth curve are joined while their centre is no farther from the joined move than
 /// this share of `STEPS` of the coarsest steps, squared. It is a sixth of a step: the sagitta is
 /// then a quarter of one.
 const NEAR2: f32 = 1.0 / (6 * STEPS * 6 * STEPS) as f32;
@@ -75,10 +79,10 @@ impl<const AXES: usize, const MOTORS: usize> Short<AXES, MOTORS> {
     ) -> Option<Self> {
         let mut whole = *self;
         whole.pieces = self.pieces.with(way);
-        if !whole.pieces.are_near(NEAR2 * short2) {
+        whole.steps += count(delta);
+        if whole.steps >= FEWEST && !whole.pieces.are_near(NEAR2 * short2) {
             return None;
         }
-        whole.steps += count(delta);
         let mut motors = whole.motors.iter_mut().zip(delta);
         let joins = motors.all(|(motor, more)| motor.lengthen(*more, self.steps, whole.steps));
         joins.then_some(whole)
