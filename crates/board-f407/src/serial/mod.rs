@@ -145,6 +145,11 @@ pub(crate) fn start() {
     // The register holds mantissa and fraction together, which are this number; 16 to 0xFFFF are
     // defined.
     usart().brr().put(divider as u16);
+    // A bootloader may have left two stop bits, or the flag of an overrun, with which no byte is
+    // received until SR and then DR have been read (section 30.3.3).
+    usart().cr2().reset();
+    let _ = usart().sr().read();
+    let _ = usart().dr().read();
     usart().cr3().write(|w| w.dmar().enabled().dmat().enabled());
     usart()
         .cr1()
