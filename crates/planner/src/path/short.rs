@@ -25,13 +25,13 @@ use crate::real::{least, most};
 /// 1/2000.
 pub(crate) const STEPS: u32 = 32;
 
-/// A joined move gives no direction at all while all motors together make fewer steps than this.
-/// Until then its pieces are joined within a step, wherever their centre is.
+/// While all motors together make fewer steps than this, pieces are joined within a step, wherever
+/// their centre is: they give no direction at all.
 const FEWEST: f32 = 0.5 * STEPS as f32;
 
-/// Longer pieces of a smooth curve are joined while their centre is no farther from the joined move than
-/// this share of `STEPS` of the coarsest steps, squared. It is a sixth of a step: the sagitta is
-/// then a quarter of one.
+/// Longer pieces of a smooth curve are joined while their centre is this near to the joined move: a
+/// share of `STEPS` of the coarsest steps, squared. It is a sixth of a step; the sagitta is then a
+/// quarter of one.
 const NEAR2: f32 = 1.0 / (6 * STEPS * 6 * STEPS) as f32;
 
 /// The last queued move, where it has too few steps to give a direction.
