@@ -57,7 +57,7 @@ impl Store {
 /// Ends everything that a bootloader may have left running: SysTick, pending SysTick and PendSV
 /// exceptions (DDI 0403, B3.2.4 and B3.3), all interrupts and their pending bits (B3.4), lines of
 /// EXTI (RM0090 section 12.3), both DMA controllers, USB and timers (resets of RCC, sections 7.3.5,
-/// 7.3.6, 7.3.8 and 7.3.9). Timers forget what they were set to: a prescaler would make steps slow.
+/// 7.3.6, 7.3.8 and 7.3.9). The timers' resets clear their prescalers, which would make steps slow.
 const FRESH: [Store; 18] = [
     Store::whole(0xE000_E010, 0),
     Store::whole(0xE000_ED04, 1 << 27 | 1 << 25),

@@ -7,8 +7,8 @@
 //!              MODER = analog:    0, whatever the voltage is (section 8.3.12)
 //! ```
 //!
-//! Not modelled: LCKR (it reads back, but locks nothing, and a warning says so), slew rates, alternate functions other
-//! than timer outputs, and the level of a floating pin: it reads as 0.
+//! Not modelled: LCKR (it reads back, but locks nothing, and a warning says so), slew rates,
+//! alternate functions other than timer outputs, and the level of a floating pin: it reads as 0.
 
 /// Levels that something drives onto the pins.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]

@@ -2,9 +2,9 @@
 //! `next_event` is the cycle at which it changes by itself, and `event` makes that change. No
 //! peripheral knows another: `crate::wiring` connects them.
 //!
-//! Comments cite sections and tables of RM0090, revision 21. The README of this crate says which of
-//! them were compared with the code, and what was found; the sections of chapters 2 and 39 that are
-//! cited were compared earlier.
+//! Comments cite sections and tables of RM0090, revision 21. The README of this crate lists
+//! the sections that were compared with the code, and the differences that were found. The cited
+//! sections of chapters 2 and 39 were compared earlier.
 //!
 //! The chapters of the timers (17 to 20) and the USARTs (30) were not at hand. Instead, the
 //! chapters of a sister chip were read: RM0041, revision 6 (STM32F100), chapters 15 (TIM15 to

@@ -15,7 +15,7 @@
 //! the end of each piece with no motor more than a step beside it. Places are compared at the same
 //! number of steps from the start, counted over all motors. So each end leaves a range to the share
 //! that a motor has in all steps. Pieces are joined while each motor's share is within its range,
-//! and while those of a smooth curve stay near the joined move (see `joined`).
+//! and, on a smooth curve, while the pieces stay near the joined move (see `joined`).
 
 use super::joined::Joined;
 use crate::real::{least, most};

@@ -345,8 +345,9 @@ impl Usb {
         start..start + (register >> 16) as usize
     }
 
-    /// Whether an endpoint's transmit FIFO holds what is in it, and lies within the memory, behind
-    /// the receive FIFO and apart from those of other active endpoints (section 34.13.1).
+    /// Whether an endpoint's data fit into its transmit FIFO, and whether that FIFO is within the
+    /// memory, behind the receive FIFO, and apart from the FIFOs of other active endpoints (section
+    /// 34.13.1).
     fn has_good_fifo(&self, index: usize) -> bool {
         let place = self.transmit_place(index);
         let is_apart = |other: usize| {
