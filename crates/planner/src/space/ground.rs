@@ -109,7 +109,7 @@ where
         let mut needed = gain(exit_v2, &to, &from, Rise::Backward);
         if at.v2 > exit_v2 + needed {
             // The piece can brake as hard as this only where it ends slower.
-            exit_v2 = least(exit_v2, piece.peak(&to, &from, Rise::Backward).at);
+            exit_v2 = least(exit_v2, piece.fastest_end(at.v2, &to, Rise::Backward));
             needed = gain(exit_v2, &to, &from, Rise::Backward);
         }
         let up = most(gain(at.v2, &from, &middle, Rise::Forward), exit_v2 - at.v2);

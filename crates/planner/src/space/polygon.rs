@@ -193,6 +193,23 @@ impl<const AXES: usize> Piece<AXES> {
         Peak::of(bounds.as_flattened())
     }
 
+    /// The highest squared speed (mm²/s²) at this end with which the other end may have the squared
+    /// speed `other`: where a bound falls, a slower end lets the other one be faster.
+    pub(crate) fn fastest_end(&self, other: f32, from: &[f32], rise: Rise) -> f32 {
+        let per_length = rise.sign() * 0.5 / self.length;
+        let axes = self.tangent.iter().zip(from);
+        let fastest = axes.fold(f32::INFINITY, |fastest, (q, from)| {
+            let share = q * per_length;
+            let falls = (from * 1.0f32.copysign(share)) - share.abs();
+            if falls > 0.0 {
+                least(fastest, (1.0 - share.abs() * other) / falls)
+            } else {
+                fastest
+            }
+        });
+        most(fastest * ROUNDED_DOWN, 0.0)
+    }
+
     /// The acceleration left along the path at the squared speed `x` where it turns with the
     /// curvature `bend`, mm/s².
     pub(crate) fn left(&self, x: f32, bend: &[f32], rise: Rise) -> f32 {
