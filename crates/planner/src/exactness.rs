@@ -166,6 +166,7 @@ impl Case {
 
     fn aim(&self, goal: Goal, share: f32) -> Aim {
         Aim {
+            behind: 0,
             goal,
             exit_v2: self.exit * self.exit,
             corner_v2: f32::INFINITY,

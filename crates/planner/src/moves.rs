@@ -191,6 +191,12 @@ impl<const AXES: usize, const MOTORS: usize> PlannedMove<AXES, MOTORS> {
         }
     }
 
+    /// Steps of the dominant motor.
+    pub(crate) fn events(&self) -> u32 {
+        let steps = self.delta.iter().map(|steps| steps.unsigned_abs());
+        steps.fold(0, u32::max)
+    }
+
     /// Whether the path goes straight on from the move before it, or has a corner there.
     pub(crate) fn is_straight(&self) -> bool {
         self.reach == 0.0

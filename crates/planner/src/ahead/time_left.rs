@@ -2,7 +2,7 @@
 //!
 //! The look-ahead finds how fast the next moves may begin; far ahead it finds that for blocks of
 //! moves only. Here the forward pass is made for all moves, with the ramps that they will run with.
-//! Each move is taken for one step of a profile.
+//! Each part of a move is taken for one step of a profile.
 //!
 //! With a jerk limit the ramps follow `ramp`, and the speeds at which they fit into a move are
 //! found by halving.
@@ -10,9 +10,10 @@
 //! Moves may begin and be queued while the sum is under way. Those that are over before its end
 //! still count: some milliseconds.
 
+use crate::moves::PlannedMove;
 use crate::planner::nominal;
 use crate::real::{least, most, sqrt};
-use crate::space::ground::Whereabouts;
+use crate::space::ground::{Ground, Whereabouts};
 use crate::speed::profile::{Place, Plan, Trapezoid};
 use crate::speed::ramp::{self, Limits};
 use crate::{Kinematics, Planner, Segmenter};
@@ -40,9 +41,25 @@ where
 {
     /// Begins with the rest of the move that `segmenter` runs.
     pub fn time_left(&self, segmenter: &Segmenter<AXES, MOTORS>) -> TimeLeft {
-        let (seconds, speed) = segmenter.rest_of_move();
+        let (mut seconds, mut speed, left) = segmenter.rest_of_part();
+        let queue = self.queue();
+        if let Some(running) = queue.running().filter(|_| left > 0.0) {
+            let over = Over {
+                planned: running,
+                behind: queue.next(),
+                limit_v2: self.unit().v2(queue.exit_limit()),
+                nominal: nominal(self.overrides(), running),
+            };
+            let at = Whereabouts {
+                v2: speed * speed,
+                left,
+                at_start: false,
+            };
+            let (more, end) = over.from(at, &self.ground());
+            (seconds, speed) = (seconds + more, end);
+        }
         TimeLeft {
-            next: self.queue().first_waiting(),
+            next: queue.first_waiting(),
             speed,
             seconds,
         }
@@ -53,32 +70,25 @@ where
     /// Main loop. Some 1300 instructions for a move on a curve; with a jerk limit 2500, an
     /// estimate.
     pub fn add_time(&self, left: &mut TimeLeft) -> bool {
-        let (jerk, overrides, unit) = (self.config().jerk, self.overrides(), self.unit());
+        let (overrides, unit) = (self.overrides(), self.unit());
         let (mut speed, mut seconds) = (left.speed, left.seconds);
         let ground = self.ground();
         let guess = |count: usize, of: &_| self.guess(count, of);
         let next = self
             .queue()
             .visit_block(left.next, &ground, guess, |planned, behind, limit| {
+                let over = Over {
+                    planned,
+                    behind,
+                    limit_v2: unit.v2(limit),
+                    nominal: nominal(overrides, planned),
+                };
                 let at = Whereabouts {
                     v2: speed * speed,
                     left: planned.length,
                     at_start: true,
                 };
-                let course = ground.course(planned, behind, at, unit.v2(limit));
-                let over = Stretch {
-                    length: planned.length,
-                    up: course.up,
-                    down: course.down,
-                    nominal: least(nominal(overrides, planned), sqrt(course.top_v2)),
-                    entry: speed,
-                    limit_v2: course.exit_v2,
-                };
-                let (time, end) = if jerk > 0.0 {
-                    over.eased(jerk)
-                } else {
-                    over.sharp()
-                };
+                let (time, end) = over.from(at, &ground);
                 seconds += time;
                 speed = end;
             });
@@ -91,7 +101,53 @@ where
     }
 }
 
-/// One move. Lengths in mm, accelerations in mm/s², speeds in mm/s, the limit at its end in mm²/s².
+/// A move with the one after it, the limit at its end (mm²/s²) and its nominal speed (mm/s).
+struct Over<'m, const AXES: usize, const MOTORS: usize> {
+    planned: &'m PlannedMove<AXES, MOTORS>,
+    behind: Option<&'m PlannedMove<AXES, MOTORS>>,
+    limit_v2: f32,
+    nominal: f32,
+}
+
+impl<const AXES: usize, const MOTORS: usize> Over<'_, AXES, MOTORS> {
+    /// The seconds that the move takes from a place on, part by part, and the speed at its end,
+    /// mm/s.
+    fn from<K>(&self, mut at: Whereabouts, ground: &Ground<'_, K, AXES, MOTORS>) -> (f32, f32)
+    where
+        K: Kinematics<AXES, MOTORS>,
+    {
+        let mm_per_step = self.planned.length / self.planned.events() as f32;
+        let (mut seconds, mut speed) = (0.0, sqrt(at.v2));
+        loop {
+            let course = ground.course(self.planned, self.behind, at, self.limit_v2);
+            let behind = course.behind as f32 * mm_per_step;
+            let part = Stretch {
+                length: at.left - behind,
+                up: course.up,
+                down: course.down,
+                nominal: least(self.nominal, sqrt(course.top_v2)),
+                entry: speed,
+                limit_v2: course.exit_v2,
+            };
+            let (time, end) = if ground.jerk > 0.0 {
+                part.eased(ground.jerk)
+            } else {
+                part.sharp()
+            };
+            (seconds, speed) = (seconds + time, end);
+            if course.behind == 0 {
+                return (seconds, speed);
+            }
+            at = Whereabouts {
+                v2: speed * speed,
+                left: behind,
+                at_start: false,
+            };
+        }
+    }
+}
+
+/// A part of a move. Lengths in mm, accelerations in mm/s², speeds in mm/s, the limit at its end in mm²/s².
 struct Stretch {
     length: f32,
     up: f32,

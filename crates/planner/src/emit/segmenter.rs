@@ -144,11 +144,12 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
             .map_or_else(|| sqrt(self.exit_v2), Running::speed)
     }
 
-    /// Seconds of the rest of the running move, and the speed after it, mm/s.
-    pub(crate) fn rest_of_move(&self) -> (f32, f32) {
+    /// Seconds of the rest of the profile, the speed after it, mm/s, and the length of the running
+    /// move behind it, mm.
+    pub(crate) fn rest_of_part(&self) -> (f32, f32, f32) {
         self.running
             .as_ref()
-            .map_or_else(|| (0.0, sqrt(self.exit_v2)), Running::rest)
+            .map_or_else(|| (0.0, sqrt(self.exit_v2), 0.0), Running::rest)
     }
 
     /// The line number of the running move.
@@ -219,8 +220,13 @@ where
             Mode::Going => Goal::End,
             Mode::Stopping | Mode::Held => Goal::Stop,
         },
+        behind: course.behind,
         exit_v2: course.exit_v2,
-        corner_v2: planner.corner_v2(),
+        corner_v2: if course.behind > 0 {
+            f32::INFINITY
+        } else {
+            planner.corner_v2()
+        },
         nominal: least(planner.running_nominal(), sqrt(course.top_v2)),
         up: course.up,
         down: course.down,

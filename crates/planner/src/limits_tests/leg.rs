@@ -102,6 +102,12 @@ impl Leg {
         self.share.iter().map(|share| share * share).sum()
     }
 
+    /// Whether a profile leads to its end.
+    pub(super) fn ends_with(&self, profile: &Trapezoid) -> bool {
+        let steps = self.delta.iter().map(|steps| steps.unsigned_abs());
+        steps.max() == Some(profile.end())
+    }
+
     pub(super) fn v2(&self, steps_v2: f32) -> f64 {
         f64::from(steps_v2) * float(&self.step2())
     }

@@ -111,7 +111,7 @@ fn run(program: &Program, settings: Config<2>, limits: &Config<2>) -> Result<Wor
         if let Some((Profile::Trapezoid(profile), _)) = rig.segmenter.profile() {
             if last.as_ref().is_none_or(|(last, _)| last != profile) {
                 worst = worst.and(legs[begun - 1].check(profile, limits)?);
-                if undisturbed {
+                if undisturbed && legs[begun - 1].ends_with(profile) {
                     check_end(&rig, &legs[begun - 1], profile)?;
                 }
                 if let Some((before, _)) = last.filter(|(_, of)| *of == begun) {

@@ -26,11 +26,15 @@ pub(crate) struct Ground<'m, K, const AXES: usize, const MOTORS: usize> {
     pub(crate) jerk: f32,
 }
 
-/// How the running move goes on: squared speeds in mm²/s², accelerations along the path in mm/s².
+/// How the running move goes on, for a part of it: squared speeds in mm²/s², accelerations along
+/// the path in mm/s².
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Course {
+    /// Steps of the dominant motor from the part's end to the move's end.
+    pub(crate) behind: u32,
+    /// The highest squared speed at the part's end.
     pub(crate) exit_v2: f32,
-    /// The highest squared speed between its ends.
+    /// The highest squared speed on the way.
     pub(crate) top_v2: f32,
     pub(crate) up: f32,
     pub(crate) down: f32,
@@ -74,8 +78,8 @@ where
         Piece { tangent, length }
     }
 
-    /// How the running move goes on. The move after it is `behind`, and its end may be passed at
-    /// `exit_v2` at most.
+    /// How the running move goes on, up to the end of the part that it is in. The move after it is
+    /// `behind`, and its end may be passed at `exit_v2` at most.
     pub(crate) fn course(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
@@ -83,51 +87,94 @@ where
         at: Whereabouts,
         exit_v2: f32,
     ) -> Course {
-        let to = behind.map_or([0.0; AXES], |behind| behind.bend);
         if self.jerk > 0.0 {
             return self.eased_course(planned, behind, exit_v2);
         }
+        let a = planned.acceleration;
+        let straight = |behind, exit_v2| Course {
+            behind,
+            exit_v2,
+            top_v2: f32::INFINITY,
+            up: a,
+            down: a,
+            stop: a,
+        };
         if planned.is_straight() && behind.is_none_or(PlannedMove::is_straight) {
-            let a = planned.acceleration;
-            return Course {
-                exit_v2,
-                top_v2: f32::INFINITY,
-                up: a,
-                down: a,
-                stop: a,
-            };
+            return straight(0, exit_v2);
         }
-        let middle = middle(planned, behind);
-        let from = if at.at_start { planned.bend } else { middle };
-        let piece = self.piece(planned, at.left);
+        let to = behind.map_or([0.0; AXES], |behind| behind.bend);
+        let none = [0.0; AXES];
+        let Some([start, end]) = reaches(planned, behind) else {
+            let middle = middle(planned, behind);
+            let from = if at.at_start { planned.bend } else { middle };
+            let piece = self.piece(planned, at.left);
+            return self.bent_course(planned, &piece, [&from, &middle, &to], [at.v2, exit_v2]);
+        };
+        let events = planned.events();
+        let per_mm = events as f32 / planned.length;
+        let [start, end] = [start, end].map(|reach| (reach * per_mm) as u32);
+        let left = (at.left * per_mm + 0.5) as u32;
+        if left <= end {
+            let piece = self.piece(planned, at.left);
+            return self.bent_course(planned, &piece, [&none, &none, &to], [at.v2, exit_v2]);
+        }
+        let mm = |steps: u32| steps as f32 / per_mm;
+        let mut limit = exit_v2;
+        if end > 0 {
+            let piece = self.piece(planned, mm(end));
+            limit += self.best_gain(&piece, [&to, &none], limit, u32::MAX) * GAIN_MARGIN;
+        }
+        let behind_start = events - start;
+        if left <= behind_start {
+            return straight(end, limit);
+        }
+        limit += 2.0 * a * mm(behind_start - end) * GAIN_MARGIN;
+        let from = if at.at_start { planned.bend } else { none };
+        let piece = self.piece(planned, at.left - mm(behind_start));
+        Course {
+            behind: behind_start,
+            ..self.bent_course(planned, &piece, [&from, &none, &none], [at.v2, limit])
+        }
+    }
+
+    /// The course over `piece`, a part of a move: to the squared speed `exit_v2` at most. The
+    /// curvatures are those at its begin, on the way and at its end.
+    fn bent_course(
+        &self,
+        planned: &PlannedMove<AXES, MOTORS>,
+        piece: &Piece<AXES>,
+        [from, middle, to]: [&[f32; AXES]; 3],
+        [v2, exit_v2]: [f32; 2],
+    ) -> Course {
         let gain = |x, from: &[f32; AXES], to: &[f32; AXES], rise| {
             let [gain] = piece.gains([x], from, to, rise);
             gain * GAIN_MARGIN
         };
-        let reached = at.v2 + gain(at.v2, &from, &to, Rise::Forward);
+        let reached = v2 + gain(v2, from, to, Rise::Forward);
         let mut exit_v2 = least(exit_v2, reached);
-        let mut needed = gain(exit_v2, &to, &from, Rise::Backward);
-        if at.v2 > exit_v2 + needed {
+        let mut needed = gain(exit_v2, to, from, Rise::Backward);
+        if v2 > exit_v2 + needed {
             // The piece can brake as hard as this only where it ends slower.
-            exit_v2 = least(exit_v2, piece.fastest_end(at.v2, &to, Rise::Backward));
-            needed = gain(exit_v2, &to, &from, Rise::Backward);
+            exit_v2 = least(exit_v2, piece.fastest_end(v2, to, Rise::Backward));
+            needed = gain(exit_v2, to, from, Rise::Backward);
         }
-        let up = most(gain(at.v2, &from, &middle, Rise::Forward), exit_v2 - at.v2);
+        let up = most(gain(v2, from, middle, Rise::Forward), exit_v2 - v2);
         let down = most(
-            gain(exit_v2, &to, &middle, Rise::Backward),
-            least(at.v2 - exit_v2, needed),
+            gain(exit_v2, to, middle, Rise::Backward),
+            least(v2 - exit_v2, needed),
         );
-        let per_gain = 0.5 / at.left;
+        let per_gain = 0.5 / piece.length;
         let within = |a: f32| {
             let most_of_all = planned.acceleration;
             most(least(a, most_of_all), STILL * most_of_all)
         };
         Course {
+            behind: 0,
             exit_v2,
-            top_v2: self.cap(&middle),
+            top_v2: self.cap(middle),
             up: within(up * per_gain),
             down: within(down * per_gain),
-            stop: within(piece.left(at.v2, &from, Rise::Backward)),
+            stop: within(piece.left(v2, from, Rise::Backward)),
         }
     }
 
@@ -140,6 +187,7 @@ where
     ) -> Course {
         let a = self.eased(planned, behind);
         Course {
+            behind: 0,
             exit_v2,
             top_v2: self.cap(&middle(planned, behind)),
             up: a,
@@ -187,6 +235,46 @@ where
         }
     }
 
+    /// By how much a piece may begin faster than the squared speed `v2`, at which it ends at most:
+    /// see [`Self::best`].
+    fn best_gain(
+        &self,
+        piece: &Piece<AXES>,
+        bends: [&[f32; AXES]; 2],
+        v2: f32,
+        enough: u32,
+    ) -> f32 {
+        let [gain] = piece.gains([v2], bends[0], bends[1], Rise::Backward);
+        self.best(piece, bends, [v2, gain], enough)
+    }
+
+    /// By how much a move may begin faster than the squared speed `v2`, at which it ends at most. A
+    /// start with `enough` units is enough.
+    fn gain_over(
+        &self,
+        planned: &PlannedMove<AXES, MOTORS>,
+        behind: Option<&PlannedMove<AXES, MOTORS>>,
+        v2: f32,
+        enough: u32,
+    ) -> f32 {
+        let none = [0.0; AXES];
+        let to = behind.map_or(&none, |behind| &behind.bend);
+        let Some([start, end]) = reaches(planned, behind) else {
+            let piece = self.piece(planned, planned.length);
+            return self.best_gain(&piece, [to, &planned.bend], v2, enough);
+        };
+        let mut gain = 0.0;
+        if end > 0.0 {
+            gain = self.best_gain(&self.piece(planned, end), [to, &none], v2, enough);
+        }
+        gain += 2.0 * planned.acceleration * (planned.length - start - end);
+        if start > 0.0 {
+            let piece = self.piece(planned, start);
+            gain += self.best_gain(&piece, [&none, &planned.bend], v2 + gain, enough);
+        }
+        gain
+    }
+
     fn eased_gain(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
@@ -203,6 +291,16 @@ where
             ramp::braking(fastest, planned.length, limits),
         )
     }
+}
+
+/// The lengths at the start and at the end of a move over which the path turns, mm, where motion is
+/// straight between them.
+fn reaches<const AXES: usize, const MOTORS: usize>(
+    planned: &PlannedMove<AXES, MOTORS>,
+    behind: Option<&PlannedMove<AXES, MOTORS>>,
+) -> Option<[f32; 2]> {
+    let [start, end] = [planned.reach, behind.map_or(0.0, |behind| behind.reach)];
+    (start + end < planned.length).then_some([start, end])
 }
 
 /// The share of the acceleration along a move that a ramp keeps where nothing is left, so that
@@ -244,12 +342,7 @@ where
         } else if straight {
             2.0 * planned.acceleration * planned.length
         } else {
-            let none = [0.0; AXES];
-            let to = behind.map_or(&none, |behind| &behind.bend);
-            let piece = self.piece(planned, planned.length);
-            let v2 = unit.v2(v2);
-            let [gain] = piece.gains([v2], to, &planned.bend, Rise::Backward);
-            self.best(&piece, [to, &planned.bend], [v2, gain], planned.cap)
+            self.gain_over(planned, behind, unit.v2(v2), planned.cap)
         };
         unit.units(gain * GAIN_MARGIN)
     }
@@ -270,6 +363,10 @@ where
         let v2 = least(planned.top_v2(), behind.top_v2());
         // Where it ends faster than it may begin, braking bounds nothing.
         let top = unit.units(v2).min(behind.corner).min(planned.corner);
+        if reaches(planned, Some(behind)).is_some() {
+            let gains = [0, top].map(|v2| self.gain(planned, Some(behind), v2));
+            return Ends { top, gains };
+        }
         let piece = self.piece(planned, planned.length);
         let speeds = [0.0, unit.v2(top)];
         let bends = [&behind.bend, &planned.bend];

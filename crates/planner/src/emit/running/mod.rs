@@ -46,9 +46,11 @@ impl Timing {
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Aim {
     pub(crate) goal: Goal,
-    /// Squared speed at which the move may end so that all later limits can be kept, mm²/s².
+    /// Steps of the dominant motor from the end of the part that runs to the move's end.
+    pub(crate) behind: u32,
+    /// Squared speed at which the part may end so that all later limits can be kept, mm²/s².
     pub(crate) exit_v2: f32,
-    /// Limit of the corner at the move's end alone, squared, mm²/s².
+    /// Limit of the corner at the part's end alone, squared, mm²/s².
     pub(crate) corner_v2: f32,
     /// Speed to cruise at, mm/s.
     pub(crate) nominal: f32,
@@ -200,15 +202,18 @@ impl<const MOTORS: usize> Running<MOTORS> {
         self.speed / self.steps_per_mm
     }
 
-    /// Seconds of the rest of the profile, and the speed at its end, mm/s.
-    pub(crate) fn rest(&self) -> (f32, f32) {
+    /// Seconds of the rest of the profile, the speed at its end, mm/s, and the length of the move
+    /// behind it, mm.
+    pub(crate) fn rest(&self) -> (f32, f32, f32) {
         let steps = self.here().before(self.profile.end());
         let (entry, elapsed) = self
             .parts
             .as_ref()
             .map_or((self.speed, 0.0), |parts| (parts.entry, parts.elapsed));
         let (seconds, _) = self.profile.time_over(self.here(), entry, steps);
-        (seconds - elapsed, sqrt(self.exit_v2()))
+        let behind = self.events - self.profile.end();
+        let behind = behind as f32 / self.steps_per_mm;
+        (seconds - elapsed, sqrt(self.exit_v2()), behind)
     }
 
     /// Where it is.

@@ -46,7 +46,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         });
     }
 
-    /// The way to the end of the move.
+    /// The way to the end of the part that runs.
     ///
     /// The speed that braking from a high speed ends at is only as exact as the high speed. The
     /// plan's exit speed is exact, so it is taken where the two differ by no more than rounding:
@@ -59,13 +59,14 @@ impl<const MOTORS: usize> Running<MOTORS> {
         let per_mm = self.steps_per_mm;
         let [exit_v2, corner_v2] = [aim.exit_v2, aim.corner_v2].map(|v2| v2 * per_mm * per_mm);
         let entry_v2 = self.profile.speed_v2(self.here());
-        let left = self.here().before(self.events);
+        let end = self.events - aim.behind;
+        let left = self.here().before(end);
         let down = aim.down * per_mm;
         let slowest = entry_v2 - 2.0 * down * left;
         let missed = aim.jerk <= 0.0 && slowest - exit_v2 > ROUNDING * entry_v2;
         let exit_v2 = if missed { slowest } else { exit_v2 };
         Path {
-            end: self.events,
+            end,
             cruise: aim.nominal * per_mm,
             exit_v2: least(exit_v2, corner_v2),
             up: aim.up * per_mm,
@@ -84,8 +85,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
         let down = aim.stop * self.steps_per_mm;
         let steps = round_up(distance + self.way).max(1);
         if steps > left && aim.exit_v2 > 0.0 {
-            let slowest = entry_v2 - 2.0 * down * self.here().before(self.events);
             let path = self.to_end(aim);
+            let slowest = entry_v2 - 2.0 * down * self.here().before(path.end);
             return Path {
                 cruise: sqrt(entry_v2),
                 exit_v2: least(path.exit_v2, most(slowest, 0.0)),
