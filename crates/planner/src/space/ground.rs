@@ -293,14 +293,15 @@ where
     }
 }
 
-/// The lengths at the start and at the end of a move over which the path turns, mm, where motion is
-/// straight between them.
+/// The lengths at the start and at the end of a move over which the path turns, mm, where it goes
+/// straight on between them. A turn with the curvature `k` that reaches `h` to both sides is one by
+/// the angle `k·h`. That takes half of `h` on each side.
 fn reaches<const AXES: usize, const MOTORS: usize>(
     planned: &PlannedMove<AXES, MOTORS>,
     behind: Option<&PlannedMove<AXES, MOTORS>>,
 ) -> Option<[f32; 2]> {
     let [start, end] = [planned.reach, behind.map_or(0.0, |behind| behind.reach)];
-    (start + end < planned.length).then_some([start, end])
+    (start + end < planned.length).then_some([0.5 * start, 0.5 * end])
 }
 
 /// The share of the acceleration along a move that a ramp keeps where nothing is left, so that
