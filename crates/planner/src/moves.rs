@@ -197,6 +197,11 @@ impl<const AXES: usize, const MOTORS: usize> PlannedMove<AXES, MOTORS> {
         steps.fold(0, u32::max)
     }
 
+    /// Steps of the dominant motor in a mm of path.
+    pub(crate) fn steps_per_mm(&self) -> f32 {
+        self.events() as f32 / self.length
+    }
+
     /// Whether the path goes straight on from the move before it, or has a corner there.
     pub(crate) fn is_straight(&self) -> bool {
         self.reach == 0.0

@@ -43,7 +43,7 @@ where
     pub fn time_left(&self, segmenter: &Segmenter<AXES, MOTORS>) -> TimeLeft {
         let (mut seconds, mut speed, left) = segmenter.rest_of_part();
         let queue = self.queue();
-        if let Some(running) = queue.running().filter(|_| left > 0.0) {
+        if let Some(running) = queue.running().filter(|_| left > 0) {
             let over = Over {
                 planned: running,
                 behind: queue.next(),
@@ -52,7 +52,8 @@ where
             };
             let at = Whereabouts {
                 v2: speed * speed,
-                left,
+                steps: left,
+                way: 0.0,
                 at_start: false,
             };
             let (more, end) = over.from(at, &self.ground());
@@ -83,11 +84,7 @@ where
                     limit_v2: unit.v2(limit),
                     nominal: nominal(overrides, planned),
                 };
-                let at = Whereabouts {
-                    v2: speed * speed,
-                    left: planned.length,
-                    at_start: true,
-                };
+                let at = Whereabouts::start(planned, speed * speed);
                 let (time, end) = over.from(at, &ground);
                 seconds += time;
                 speed = end;
@@ -116,13 +113,12 @@ impl<const AXES: usize, const MOTORS: usize> Over<'_, AXES, MOTORS> {
     where
         K: Kinematics<AXES, MOTORS>,
     {
-        let mm_per_step = self.planned.length / self.planned.events() as f32;
+        let per_mm = self.planned.steps_per_mm();
         let (mut seconds, mut speed) = (0.0, sqrt(at.v2));
         loop {
             let course = ground.course(self.planned, self.behind, at, self.limit_v2);
-            let behind = course.behind as f32 * mm_per_step;
             let part = Stretch {
-                length: at.left - behind,
+                length: at.to(course.behind) / per_mm,
                 up: course.up,
                 down: course.down,
                 nominal: least(self.nominal, sqrt(course.top_v2)),
@@ -140,7 +136,8 @@ impl<const AXES: usize, const MOTORS: usize> Over<'_, AXES, MOTORS> {
             }
             at = Whereabouts {
                 v2: speed * speed,
-                left: behind,
+                steps: course.behind,
+                way: 0.0,
                 at_start: false,
             };
         }

@@ -144,12 +144,12 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
             .map_or_else(|| sqrt(self.exit_v2), Running::speed)
     }
 
-    /// Seconds of the rest of the profile, the speed after it, mm/s, and the length of the running
-    /// move behind it, mm.
-    pub(crate) fn rest_of_part(&self) -> (f32, f32, f32) {
+    /// Seconds of the rest of the profile, the speed after it, mm/s, and the steps of the running
+    /// move behind it.
+    pub(crate) fn rest_of_part(&self) -> (f32, f32, u32) {
         self.running
             .as_ref()
-            .map_or_else(|| (0.0, sqrt(self.exit_v2), 0.0), Running::rest)
+            .map_or_else(|| (0.0, sqrt(self.exit_v2), 0), Running::rest)
     }
 
     /// The line number of the running move.

@@ -342,10 +342,11 @@ where
             return true;
         };
         let (a, seconds) = (running.acceleration, self.config.longest_segment);
-        let way = least(at.left, (sqrt(at.v2) + a * seconds) * seconds);
+        let left = at.to(0) / running.steps_per_mm();
+        let way = least(left, (sqrt(at.v2) + a * seconds) * seconds);
         let exit_v2 = self.limits.unit.v2(self.queue.exit_limit());
         // v² + 2·a·way > exit² + 2·a·(left − way)
-        at.v2 - exit_v2 > 2.0 * a * (at.left - 2.0 * way)
+        at.v2 - exit_v2 > 2.0 * a * (left - 2.0 * way)
     }
 
     /// Whether too many moves wait until the turn at their start is known, beside those that are

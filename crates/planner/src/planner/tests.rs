@@ -26,7 +26,8 @@ fn cartesian() -> Planner<'static, Cartesian, 2, 2> {
 fn too_fast() -> Whereabouts {
     Whereabouts {
         v2: f32::INFINITY,
-        left: 0.0,
+        steps: 0,
+        way: 0.0,
         at_start: false,
     }
 }

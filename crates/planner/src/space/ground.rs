@@ -42,13 +42,70 @@ pub(crate) struct Course {
     pub(crate) stop: f32,
 }
 
-/// Where the running move is: its squared speed in mm²/s², the length that is left in mm, and
-/// whether that is all of it.
+impl Course {
+    /// The course over a straight part, which ends `behind` steps before the move does.
+    fn straight<const AXES: usize, const MOTORS: usize>(
+        planned: &PlannedMove<AXES, MOTORS>,
+        behind: u32,
+        exit_v2: f32,
+    ) -> Self {
+        let a = planned.acceleration;
+        Self {
+            behind,
+            exit_v2,
+            top_v2: f32::INFINITY,
+            up: a,
+            down: a,
+            stop: a,
+        }
+    }
+}
+
+/// The rest of a part of a move over which the path turns.
+struct Part<const AXES: usize> {
+    /// Steps of the dominant motor from its end to the move's end.
+    behind: u32,
+    /// mm.
+    length: f32,
+    /// The curvature at its begin, on the way and at its end.
+    from: [f32; AXES],
+    middle: [f32; AXES],
+    to: [f32; AXES],
+    /// The highest squared speed at its end, mm²/s².
+    exit_v2: f32,
+}
+
+/// Where the running move is.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Whereabouts {
+    /// Its squared speed, mm²/s².
     pub(crate) v2: f32,
-    pub(crate) left: f32,
+    /// Steps of the dominant motor that are left of it, with the one under way.
+    pub(crate) steps: u32,
+    /// The part of the step under way that is done, from 0 to below 1.
+    pub(crate) way: f32,
+    /// Whether all of the move is left.
     pub(crate) at_start: bool,
+}
+
+impl Whereabouts {
+    /// The start of a move.
+    pub(crate) fn start<const AXES: usize, const MOTORS: usize>(
+        planned: &PlannedMove<AXES, MOTORS>,
+        v2: f32,
+    ) -> Self {
+        Self {
+            v2,
+            steps: planned.events(),
+            way: 0.0,
+            at_start: true,
+        }
+    }
+
+    /// Steps to the place that is `behind` steps before the move's end.
+    pub(crate) fn to(&self, behind: u32) -> f32 {
+        (self.steps - behind) as f32 - self.way
+    }
 }
 
 impl<K, const AXES: usize, const MOTORS: usize> Ground<'_, K, AXES, MOTORS>
@@ -90,68 +147,62 @@ where
         if self.jerk > 0.0 {
             return self.eased_course(planned, behind, exit_v2);
         }
-        let a = planned.acceleration;
-        let straight = |behind, exit_v2| Course {
-            behind,
-            exit_v2,
-            top_v2: f32::INFINITY,
-            up: a,
-            down: a,
-            stop: a,
-        };
         if planned.is_straight() && behind.is_none_or(PlannedMove::is_straight) {
-            return straight(0, exit_v2);
+            return Course::straight(planned, 0, exit_v2);
         }
-        let to = behind.map_or([0.0; AXES], |behind| behind.bend);
-        let none = [0.0; AXES];
-        let Some([start, end]) = reaches(planned, behind) else {
-            let middle = middle(planned, behind);
-            let from = if at.at_start { planned.bend } else { middle };
-            let piece = self.piece(planned, at.left);
-            return self.bent_course(planned, &piece, [&from, &middle, &to], [at.v2, exit_v2]);
+        let (none, per_mm) = ([0.0; AXES], planned.steps_per_mm());
+        let mut part = Part {
+            behind: 0,
+            length: at.to(0) / per_mm,
+            from: if at.at_start { planned.bend } else { none },
+            middle: none,
+            to: behind.map_or(none, |behind| behind.bend),
+            exit_v2,
         };
-        let events = planned.events();
-        let per_mm = events as f32 / planned.length;
-        let [start, end] = [start, end].map(|reach| (reach * per_mm) as u32);
-        let left = (at.left * per_mm + 0.5) as u32;
-        if left <= end {
-            let piece = self.piece(planned, at.left);
-            return self.bent_course(planned, &piece, [&none, &none, &to], [at.v2, exit_v2]);
+        if let Some([start, end]) = turns(planned, behind) {
+            let mm = |steps: u32| steps as f32 / per_mm;
+            let [start, end] = [start, end].map(|turn| (turn * per_mm) as u32);
+            if at.steps > end {
+                if end > 0 {
+                    let any = [exit_v2, f32::INFINITY];
+                    let gain = self.gain_over(planned, mm(end), [&part.to, &none], any);
+                    part.exit_v2 += gain * GAIN_MARGIN;
+                }
+                part.behind = planned.events() - start;
+                if at.steps <= part.behind {
+                    return Course::straight(planned, end, part.exit_v2);
+                }
+                let gain = 2.0 * planned.acceleration * mm(part.behind - end);
+                part.exit_v2 += gain * GAIN_MARGIN;
+                part.length = at.to(part.behind) / per_mm;
+                part.to = none;
+            }
+        } else {
+            part.middle = middle(planned, behind);
+            if !at.at_start {
+                part.from = part.middle;
+            }
         }
-        let mm = |steps: u32| steps as f32 / per_mm;
-        let mut limit = exit_v2;
-        if end > 0 {
-            let piece = self.piece(planned, mm(end));
-            limit += self.best_gain(&piece, [&to, &none], limit, u32::MAX) * GAIN_MARGIN;
-        }
-        let behind_start = events - start;
-        if left <= behind_start {
-            return straight(end, limit);
-        }
-        limit += 2.0 * a * mm(behind_start - end) * GAIN_MARGIN;
-        let from = if at.at_start { planned.bend } else { none };
-        let piece = self.piece(planned, at.left - mm(behind_start));
-        Course {
-            behind: behind_start,
-            ..self.bent_course(planned, &piece, [&from, &none, &none], [at.v2, limit])
-        }
+        self.bent_course(planned, &part, at.v2)
     }
 
-    /// The course over `piece`, a part of a move: to the squared speed `exit_v2` at most. The
-    /// curvatures are those at its begin, on the way and at its end.
+    /// The course over a part of a move, from the squared speed `v2`.
     fn bent_course(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
-        piece: &Piece<AXES>,
-        [from, middle, to]: [&[f32; AXES]; 3],
-        [v2, exit_v2]: [f32; 2],
+        part: &Part<AXES>,
+        v2: f32,
     ) -> Course {
+        let piece = self.piece(planned, part.length);
+        let Part {
+            from, middle, to, ..
+        } = part;
         let gain = |x, from: &[f32; AXES], to: &[f32; AXES], rise| {
             let [gain] = piece.gains([x], from, to, rise);
             gain * GAIN_MARGIN
         };
         let reached = v2 + gain(v2, from, to, Rise::Forward);
-        let mut exit_v2 = least(exit_v2, reached);
+        let mut exit_v2 = least(part.exit_v2, reached);
         let mut needed = gain(exit_v2, to, from, Rise::Backward);
         if v2 > exit_v2 + needed {
             // The piece can brake as hard as this only where it ends slower.
@@ -169,7 +220,7 @@ where
             most(least(a, most_of_all), STILL * most_of_all)
         };
         Course {
-            behind: 0,
+            behind: part.behind,
             exit_v2,
             top_v2: self.cap(middle),
             up: within(up * per_gain),
@@ -216,16 +267,17 @@ where
 
     /// By how much a piece may begin faster than the squared speed `v2`, at which it ends at most.
     /// The curvatures are those at its end and at its start. That is `gain`, unless the piece may
-    /// begin still faster where it ends slower. A start with `enough` units is enough.
+    /// begin still faster where it ends slower. A start with the squared speed `enough`
+    /// is enough.
     #[inline(never)] // twice it takes 0.1 KB more of a firmware that is nearly full
     fn best(
         &self,
         piece: &Piece<AXES>,
         [end, start]: [&[f32; AXES]; 2],
         [v2, gain]: [f32; 2],
-        enough: u32,
+        enough: f32,
     ) -> f32 {
-        if self.limits.unit.units(v2 + gain) >= enough {
+        if v2 + gain >= enough {
             return gain;
         }
         let peak = piece.peak(end, start, Rise::Backward);
@@ -235,44 +287,58 @@ where
         }
     }
 
-    /// By how much a piece may begin faster than the squared speed `v2`, at which it ends at most:
-    /// see [`Self::best`].
-    fn best_gain(
+    /// By how much a part of a move may begin faster than the squared speed `v2`, at which it ends
+    /// at most: see [`Self::best`].
+    #[inline(never)] // in four places
+    fn gain_over(
         &self,
-        piece: &Piece<AXES>,
+        planned: &PlannedMove<AXES, MOTORS>,
+        length: f32,
         bends: [&[f32; AXES]; 2],
-        v2: f32,
-        enough: u32,
+        [v2, enough]: [f32; 2],
     ) -> f32 {
+        let piece = self.piece(planned, length);
         let [gain] = piece.gains([v2], bends[0], bends[1], Rise::Backward);
-        self.best(piece, bends, [v2, gain], enough)
+        self.best(&piece, bends, [v2, gain], enough)
     }
 
-    /// By how much a move may begin faster than the squared speed `v2`, at which it ends at most. A
-    /// start with `enough` units is enough.
-    fn gain_over(
+    /// The same for a whole move.
+    fn whole_gain(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
         behind: Option<&PlannedMove<AXES, MOTORS>>,
         v2: f32,
-        enough: u32,
     ) -> f32 {
+        let enough = self.limits.unit.v2(planned.cap);
         let none = [0.0; AXES];
-        let to = behind.map_or(&none, |behind| &behind.bend);
-        let Some([start, end]) = reaches(planned, behind) else {
-            let piece = self.piece(planned, planned.length);
-            return self.best_gain(&piece, [to, &planned.bend], v2, enough);
+        let (from, to) = (&planned.bend, behind.map_or(&none, |behind| &behind.bend));
+        let Some([start, end]) = turns(planned, behind) else {
+            return self.gain_over(planned, planned.length, [to, from], [v2, enough]);
         };
         let mut gain = 0.0;
         if end > 0.0 {
-            gain = self.best_gain(&self.piece(planned, end), [to, &none], v2, enough);
+            gain = self.gain_over(planned, end, [to, &none], [v2, enough]);
         }
         gain += 2.0 * planned.acceleration * (planned.length - start - end);
         if start > 0.0 {
-            let piece = self.piece(planned, start);
-            gain += self.best_gain(&piece, [&none, &planned.bend], v2 + gain, enough);
+            gain += self.gain_over(planned, start, [&none, from], [v2 + gain, enough]);
         }
         gain
+    }
+
+    /// By how much a move may begin faster than it ends, where that is the same at every speed.
+    fn even_gain(
+        &self,
+        planned: &PlannedMove<AXES, MOTORS>,
+        behind: Option<&PlannedMove<AXES, MOTORS>>,
+    ) -> Option<f32> {
+        if self.jerk > 0.0 {
+            Some(self.eased_gain(planned, behind))
+        } else if planned.is_straight() && behind.is_none_or(PlannedMove::is_straight) {
+            Some(2.0 * planned.acceleration * planned.length)
+        } else {
+            None
+        }
     }
 
     fn eased_gain(
@@ -296,12 +362,12 @@ where
 /// The lengths at the start and at the end of a move over which the path turns, mm, where it goes
 /// straight on between them. A turn with the curvature `k` that reaches `h` to both sides is one by
 /// the angle `k·h`. That takes half of `h` on each side.
-fn reaches<const AXES: usize, const MOTORS: usize>(
+fn turns<const AXES: usize, const MOTORS: usize>(
     planned: &PlannedMove<AXES, MOTORS>,
     behind: Option<&PlannedMove<AXES, MOTORS>>,
 ) -> Option<[f32; 2]> {
     let [start, end] = [planned.reach, behind.map_or(0.0, |behind| behind.reach)];
-    (start + end < planned.length).then_some([0.5 * start, 0.5 * end])
+    (2.0 * (start + end) < planned.length).then_some([0.5 * start, 0.5 * end])
 }
 
 /// The share of the acceleration along a move that a ramp keeps where nothing is left, so that
@@ -337,13 +403,9 @@ where
         v2: u32,
     ) -> u32 {
         let unit = self.limits.unit;
-        let straight = planned.is_straight() && behind.is_none_or(PlannedMove::is_straight);
-        let gain = if self.jerk > 0.0 {
-            self.eased_gain(planned, behind)
-        } else if straight {
-            2.0 * planned.acceleration * planned.length
-        } else {
-            self.gain_over(planned, behind, unit.v2(v2), planned.cap)
+        let gain = match self.even_gain(planned, behind) {
+            Some(gain) => gain,
+            None => self.whole_gain(planned, behind, unit.v2(v2)),
         };
         unit.units(gain * GAIN_MARGIN)
     }
@@ -354,17 +416,16 @@ where
         behind: &PlannedMove<AXES, MOTORS>,
     ) -> Ends {
         let unit = self.limits.unit;
-        if self.jerk > 0.0 || planned.is_straight() && behind.is_straight() {
-            let gain = self.gain(planned, Some(behind), 0);
+        if let Some(gain) = self.even_gain(planned, Some(behind)) {
             return Ends {
                 top: 0,
-                gains: [gain; 2],
+                gains: [unit.units(gain * GAIN_MARGIN); 2],
             };
         }
         let v2 = least(planned.top_v2(), behind.top_v2());
         // Where it ends faster than it may begin, braking bounds nothing.
         let top = unit.units(v2).min(behind.corner).min(planned.corner);
-        if reaches(planned, Some(behind)).is_some() {
+        if turns(planned, Some(behind)).is_some() {
             let gains = [0, top].map(|v2| self.gain(planned, Some(behind), v2));
             return Ends { top, gains };
         }
@@ -372,7 +433,7 @@ where
         let speeds = [0.0, unit.v2(top)];
         let bends = [&behind.bend, &planned.bend];
         let [at_rest, at_top] = piece.gains(speeds, bends[0], bends[1], Rise::Backward);
-        let at_top = self.best(&piece, bends, [speeds[1], at_top], planned.corner);
+        let at_top = self.best(&piece, bends, [speeds[1], at_top], unit.v2(planned.corner));
         Ends {
             top,
             gains: [at_rest, at_top].map(|gain| unit.units(gain * GAIN_MARGIN)),

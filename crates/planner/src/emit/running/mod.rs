@@ -202,9 +202,9 @@ impl<const MOTORS: usize> Running<MOTORS> {
         self.speed / self.steps_per_mm
     }
 
-    /// Seconds of the rest of the profile, the speed at its end, mm/s, and the length of the move
-    /// behind it, mm.
-    pub(crate) fn rest(&self) -> (f32, f32, f32) {
+    /// Seconds of the rest of the profile, the speed at its end, mm/s, and the steps of the move
+    /// behind it.
+    pub(crate) fn rest(&self) -> (f32, f32, u32) {
         let steps = self.here().before(self.profile.end());
         let (entry, elapsed) = self
             .parts
@@ -212,7 +212,6 @@ impl<const MOTORS: usize> Running<MOTORS> {
             .map_or((self.speed, 0.0), |parts| (parts.entry, parts.elapsed));
         let (seconds, _) = self.profile.time_over(self.here(), entry, steps);
         let behind = self.events - self.profile.end();
-        let behind = behind as f32 / self.steps_per_mm;
         (seconds - elapsed, sqrt(self.exit_v2()), behind)
     }
 
@@ -220,7 +219,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
     pub(crate) fn whereabouts(&self) -> Whereabouts {
         Whereabouts {
             v2: self.profile.speed_v2(self.here()) / (self.steps_per_mm * self.steps_per_mm),
-            left: self.here().before(self.events) / self.steps_per_mm,
+            steps: self.events - self.done,
+            way: self.way,
             at_start: self.done == 0 && self.way <= 0.0,
         }
     }
