@@ -10,6 +10,7 @@ use std::io::{Read, Write};
 use std::path::Path;
 
 /// Reads a whole file of text. Bytes that are not UTF-8 are replaced: they can only be in comments.
+/// Lines end with LF, CR or CR LF, and a byte order mark is left out, as in jobs that are run.
 ///
 /// # Errors
 /// Where it cannot be read or is no text.
@@ -18,7 +19,9 @@ pub(in super::super) fn read(name: &Path) -> Result<String, Unusable> {
     let mut bytes = Vec::new();
     let read = job.text.read_to_end(&mut bytes);
     read.map_err(|error| unusable(format!("{}: cannot be read: {error}", job.name)))?;
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
+    let text = String::from_utf8_lossy(&bytes);
+    let text = text.trim_start_matches('\u{FEFF}');
+    Ok(text.replace("\r\n", "\n").replace('\r', "\n"))
 }
 
 /// The value that a reader returned. If it returned faults instead, prints them and returns `None`.

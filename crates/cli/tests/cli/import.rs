@@ -107,6 +107,54 @@ fn what_is_not_understood_is_shown_with_file_line_and_caret_and_nothing_is_writt
 }
 
 #[test]
+fn files_of_other_systems_are_read_as_those_of_this_one() {
+    let folder = folder();
+    let commands: [(&str, &[&str]); 5] = [
+        (
+            "board.drl",
+            &["import", "drill", "--depth", "-1", "--feed", "9"],
+        ),
+        ("part.rp", &["import", "rp"]),
+        ("heart.csv", &["import", "rows"]),
+        ("part.gcode", &["import", "print"]),
+        (
+            "job.nc",
+            &[
+                "align",
+                "--ref",
+                "0,0",
+                "--ref",
+                "9,0",
+                "--measured",
+                "1,1",
+                "--measured",
+                "10,1",
+            ],
+        ),
+    ];
+    folder.file("job.nc", "G21\nG90\nG0 X1 Y1\n");
+    for (name, args) in commands {
+        let made = |name: &str| {
+            let output = call(&folder, &[args, &[name]].concat());
+            assert!(output.status.success(), "{name}: {}", stderr(&output));
+            // Comments name the file.
+            let text = stdout(&output);
+            let lines = text.lines().filter(|line| !line.starts_with('('));
+            lines.map(str::to_owned).collect::<Vec<_>>()
+        };
+        let text = fs::read_to_string(folder.path(name)).unwrap();
+        let unix = text.replace("\r\n", "\n");
+        folder.file("unix", &unix);
+        folder.file("marked", format!("\u{FEFF}{unix}"));
+        folder.file("dos", unix.replace('\n', "\r\n"));
+        folder.file("mac", unix.replace('\n', "\r"));
+        for other in ["marked", "dos", "mac"] {
+            assert_eq!(made(other), made("unix"), "{name} as {other}");
+        }
+    }
+}
+
+#[test]
 fn an_input_is_never_written_over() {
     let folder = folder();
     let before = fs::read(folder.path("board.drl")).unwrap();
