@@ -154,6 +154,25 @@ fn files_of_other_systems_are_read_as_those_of_this_one() {
     }
 }
 
+/// The ends of half a circle have three decimals, and so has its radius: it is 0.0002 mm too short.
+#[test]
+fn half_a_circle_by_its_rounded_radius_is_milled() {
+    let folder = folder();
+    folder.file(
+        "half.drl",
+        "M48\nMETRIC\nT1C1.0\n%\nT1\nG00X0.0Y0.0\nM15\nG02X2.0Y2.0A1.414\nM16\nM30\n",
+    );
+    let drill = [
+        "import", "drill", "half.drl", "--depth", "-1", "--feed", "9",
+    ];
+    let output = call(&folder, &[&drill[..], &["-o", "half.nc"]].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+    let check = call(&folder, &["check", "half.nc"]);
+    assert!(check.status.success(), "{}", stderr(&check));
+    let job = fs::read_to_string(folder.path("half.nc")).unwrap();
+    assert!(job.contains("G2 X2 Y2 I1 J1 F9"), "{job}");
+}
+
 #[test]
 fn an_input_is_never_written_over() {
     let folder = folder();
