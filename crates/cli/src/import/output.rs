@@ -1,11 +1,10 @@
 //! Reads input files and writes jobs.
 
-use super::super::output::{is_stdout, Output};
+use super::super::output::{is_input, is_stdout, Output};
 use super::super::said::say;
 use super::super::{input, unusable, Unusable};
 use super::OutputArgs;
 use leadscrew_import::{Faults, Job};
-use std::fs;
 use std::io::{Read, Write};
 use std::path::Path;
 
@@ -48,9 +47,7 @@ pub(in super::super) fn write(
     if is_stdout(path) {
         return say(text);
     }
-    let target = fs::canonicalize(path).ok();
-    let is_target = |input: &&Path| target.is_some() && fs::canonicalize(input).ok() == target;
-    if inputs.iter().any(is_target) {
+    if is_input(path, inputs) {
         let shown = path.display();
         return Err(unusable(format!(
             "{shown}: is a file that is read; the job needs another name"
