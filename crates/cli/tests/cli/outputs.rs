@@ -213,17 +213,40 @@ fn shown_in_the_readme(begin: &str) -> Vec<String> {
 }
 
 #[test]
-fn the_readme_shows_what_run_prints() {
+fn the_readme_shows_what_run_and_profile_print() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let output = Command::new(env!("CARGO_BIN_EXE_leadscrew"))
-        .args(["run", "examples/heart.nc"])
-        .current_dir(root)
-        .output()
-        .unwrap();
-    let printed = stdout(&output);
-    for line in shown_in_the_readme("text\nexamples/heart.nc") {
-        let row = printed.lines().any(|printed| printed == line);
-        assert!(row, "README.md has {line:?}, but:\n{printed}");
+    for (command, begin) in [
+        ("run", "text\nexamples/heart.nc"),
+        ("profile", "text\n  what binds"),
+    ] {
+        let output = Command::new(env!("CARGO_BIN_EXE_leadscrew"))
+            .args([command, "examples/heart.nc"])
+            .current_dir(&root)
+            .output()
+            .unwrap();
+        let printed = stdout(&output);
+        for line in shown_in_the_readme(begin) {
+            let row = printed.lines().any(|printed| printed == line);
+            assert!(row, "README.md has {line:?}, but {command}:\n{printed}");
+        }
+    }
+}
+
+/// The pictures of the README are those of its commands.
+#[test]
+fn the_pictures_of_the_readme_are_those_of_today() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    for (command, picture) in [("run", "docs/heart.svg"), ("profile", "docs/profile.svg")] {
+        let output = Command::new(env!("CARGO_BIN_EXE_leadscrew"))
+            .args([command, "examples/heart.nc", "--svg", "-"])
+            .current_dir(&root)
+            .output()
+            .unwrap();
+        let shown = fs::read_to_string(root.join(picture)).unwrap();
+        assert!(
+            stdout(&output) == shown,
+            "make it anew: {command} --svg {picture}"
+        );
     }
 }
 
