@@ -325,6 +325,26 @@ fn the_report_tells_extents_and_lengths() {
     }
 }
 
+/// A laser is dark in a canned cycle, as in G0, and a probe cuts nothing.
+#[test]
+fn drilling_with_a_laser_and_probing_are_travel() {
+    let folder = Folder::new();
+    let job = "M3S500\nG1X5F600\nG81X10Z-2R1\nG80\nG38.3Z-4F300\nG0Z0\n";
+    let job = folder.file("job.nc", job);
+    for command in ["run", "check"] {
+        let done = leadscrew(&[command, "--json", "--set", "$32=1", &job]);
+        let json: Value = serde_json::from_str(&stdout(&done)).unwrap();
+        assert_eq!(json["cut_mm"], 5.0, "{command}: {json}");
+        assert_eq!(json["extents"]["z"]["min"], 0.0, "{command}: {json}");
+        // Up to R, over to the hole, down and up; down to Z-4 and up to Z0.
+        let travel = 1.0 + 5.0 + 3.0 + 3.0 + 5.0 + 4.0;
+        assert_eq!(json["travel_mm"], travel, "{command}: {json}");
+        let mill = leadscrew(&[command, "--json", &job]);
+        let json: Value = serde_json::from_str(&stdout(&mill)).unwrap();
+        assert_eq!(json["cut_mm"], 5.0 + 3.0, "{command}: {json}");
+    }
+}
+
 /// Checks that `value` has the fields and types of `schema`, and no other fields.
 fn fits(value: &Value, schema: &Value, root: &Value) -> Result<(), String> {
     if let Some(name) = schema["$ref"].as_str() {
