@@ -286,6 +286,20 @@ fn check_warns_of_what_nobody_can_have_meant() {
 }
 
 #[test]
+fn check_says_what_becomes_of_a_setting_in_motion() {
+    let folder = Folder::new();
+    let moves: String = (1..40).map(|x| format!("G1X{x}F500\n")).collect();
+    let job = folder.file("job.nc", moves + "$110=600\n");
+    let run = stderr(&leadscrew(&["run", &job]));
+    assert!(run.contains("job.nc:40:1: error:8"), "{run}");
+    let check = stderr(&leadscrew(&["check", &job]));
+    assert!(
+        check.contains("In motion the machine refuses it: error:8"),
+        "{check}"
+    );
+}
+
+#[test]
 fn annotations_are_those_of_a_workflow() {
     let folder = Folder::new();
     let job = folder.file("job.nc", "G0X1\nG77\nG21 (mm\n");
