@@ -194,6 +194,29 @@ fn an_input_is_never_written_over() {
     assert_eq!(fs::read(folder.path("board.drl")).unwrap(), before);
 }
 
+/// Such a job would be refused by the machine, or drag the tool over the work.
+#[test]
+fn feeds_and_lifts_are_above_zero() {
+    let folder = folder();
+    for (kind, file, option) in [
+        ("rp", "part.rp", "--feed"),
+        ("rp", "part.rp", "--lift"),
+        ("rows", "heart.csv", "--scale"),
+        ("rows", "heart.csv", "--feed"),
+        ("rows", "heart.csv", "--plunge"),
+        ("rows", "heart.csv", "--lift"),
+    ] {
+        for value in ["=0", "=-2"] {
+            let option = format!("{option}{value}");
+            let output = call(&folder, &["import", kind, file, &option]);
+            assert_eq!(output.status.code(), Some(2), "{kind} {option}");
+            let said = stderr(&output);
+            assert!(said.contains("expected a number above 0"), "{said}");
+            assert!(stdout(&output).is_empty(), "{kind} {option}");
+        }
+    }
+}
+
 #[test]
 fn options_that_make_no_sense_are_refused_with_one_message() {
     let folder = folder();
@@ -201,6 +224,11 @@ fn options_that_make_no_sense_are_refused_with_one_message() {
     let board = board.to_str().unwrap();
     let drill = |more: &[&'static str]| [&["import", "drill", board, "--feed", "9"], more].concat();
     unusable(&drill(&["--depth", "1.8"]), &["is it -1.8?"]);
+    unusable(&drill(&["--depth", "0"]), &["--depth 0 is not below Z0\n"]);
+    unusable(
+        &drill(&["--depth", "-1", "--peck", "0"]),
+        &["--peck must be more than 0"],
+    );
     unusable(
         &drill(&["--depth", "-1", "--tools", "files"]),
         &["needs -o"],
