@@ -177,6 +177,20 @@ fn run_warns_of_what_check_warns_of() {
 }
 
 #[test]
+fn a_refused_line_is_shown_as_it_stands_in_the_file() {
+    let folder = Folder::new();
+    let lines = ["G0 X\u{2212}5", "G77 (gr\u{fc}n!)"];
+    let job = folder.file("job.nc", lines.join("\n"));
+    let done = leadscrew(&["run", "--keep-going", "--json", &job]);
+    let json: serde_json::Value = serde_json::from_str(&stdout(&done)).unwrap();
+    let errors: Vec<_> = json["errors"].as_array().unwrap().iter().collect();
+    let told = |at: usize| (&errors[at]["text"], &errors[at]["column"]);
+    assert_eq!(told(0), (&lines[0].into(), &5.into()));
+    assert_eq!(told(1), (&lines[1].into(), &1.into()));
+    assert!(stderr(&done).contains("     1 | G0 X\u{2212}5\n       |     ^"));
+}
+
+#[test]
 fn a_page_of_the_job_is_written_and_tells_its_time() {
     let folder = Folder::new();
     let job = folder.file("job.nc", SQUARE);
