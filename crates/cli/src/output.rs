@@ -36,8 +36,8 @@ pub(super) fn is_stdout(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-/// Whether a path leads to the same file as one of `inputs`: an output must not replace it. A device
-/// may be both.
+/// Whether a path leads to the same file as one of `inputs`: an output must not replace it. A
+/// device may be both.
 pub(super) fn is_input(path: &Path, inputs: &[&Path]) -> bool {
     let target = fs::canonicalize(path).ok().filter(|path| path.is_file());
     let is_target = |input: &&Path| target.is_some() && fs::canonicalize(input).ok() == target;

@@ -120,7 +120,8 @@ impl Printer {
         Ok(())
     }
 
-    /// Writes the command again, without its line number, which only protects the line to a printer.
+    /// Writes the command again, without its line number, which only protects the line to a
+    /// printer.
     fn stay(&mut self, text: &str, column: usize, letters: &[Letter]) -> Result<(), Wrong> {
         let words = words(text)?;
         let [command, rest @ ..] = words.as_slice() else {

@@ -349,9 +349,9 @@ fn parse(digits: &[u8]) -> Option<u8> {
     std::str::from_utf8(digits).ok()?.parse().ok()
 }
 
-/// A line of a program as the machine gets it. Realtime bytes would act at once, even inside a line:
-/// in their place comes a byte that no line may contain outside a comment. So a comment's `!` does
-/// not stop the machine, and columns stay the same.
+/// A line of a program as the machine gets it. Realtime bytes would act at once, even inside a
+/// line: in their place comes a byte that no line may contain outside a comment. So a comment's `!`
+/// does not stop the machine, and columns stay the same.
 pub fn as_sent(line: &[u8]) -> Vec<u8> {
     line.iter().copied().map(hidden).collect()
 }

@@ -1,5 +1,5 @@
-//! The centres of arcs. An arc that cannot exist is a mistake of the file: a machine would refuse it
-//! in mid-board.
+//! The centres of arcs. An arc that cannot exist is a mistake of the file: a machine would refuse
+//! it in mid-board.
 
 use super::shape::Centre;
 use crate::{Mm, Point};

@@ -128,8 +128,8 @@ impl Reader {
         Ok(())
     }
 
-    /// Reads the centre of an arc that leads along `way`: `A` is the radius, `I` and `J` are the way
-    /// from the start.
+    /// Reads the centre of an arc that leads along `way`: `A` is the radius, `I` and `J` are the
+    /// way from the start.
     fn centre(&mut self, bends: &[Word], way: Point, column: usize) -> Result<Centre, Wrong> {
         let mut number = |word: &Word| self.now.format.coordinate(word, &mut self.notes);
         match bends {
