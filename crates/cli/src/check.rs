@@ -4,12 +4,12 @@
 use super::args::CheckArgs;
 use super::causes::Causes;
 use super::input;
-use super::output::{is_stdout, Output, OutputError};
+use super::output::{is_stdout, spare, Output, OutputError};
 use super::report::json_text;
 use super::run::full_power;
 use super::said::say;
 use super::setting_args::{machine, say_capped};
-use super::{unusable, Unusable};
+use super::{all_done, unusable, Unusable};
 use crate::picture::{draw, Caption};
 use leadscrew_jobs::{follow, read_through, title, CheckReport, Complaint, Machine};
 use leadscrew_planner::Coordinate;
@@ -33,24 +33,32 @@ pub(super) fn check(args: &CheckArgs) -> Result<bool, Unusable> {
     if args.json && args.svg.as_deref().is_some_and(is_stdout) {
         return Err(unusable("standard output takes one of --json, --svg -"));
     }
-    let mut reports = Vec::new();
+    let (mut reports, mut undone) = (Vec::new(), Vec::new());
     let mut clean = true;
     for job in &jobs {
-        let report = check_one(args, job, &machine)?;
+        let report = match check_one(args, job, &machine) {
+            Ok(report) => report,
+            Err(message) => {
+                undone.push(message);
+                continue;
+            }
+        };
         clean &= report.error_count == 0;
         match args.json {
             true => reports.push(report),
             false => tell(args, &report)?,
         }
     }
-    if args.json {
+    if args.json && !reports.is_empty() {
         let all: Vec<_> = reports.iter().map(CheckReport::json).collect();
         say(json_text(&all, is_one))?;
     }
+    all_done(&undone)?;
     Ok(clean)
 }
 
 fn check_one(args: &CheckArgs, file: &Path, machine: &Machine) -> Result<CheckReport, Unusable> {
+    spare(file, args.svg.as_deref().into_iter()).map_err(unusable)?;
     let svg = args.svg.as_deref().map(Output::create).transpose();
     let svg = svg.map_err(unusable)?;
     let job = input::open(file).map_err(unusable)?;

@@ -75,3 +75,12 @@ type Unusable = Box<dyn Display>;
 fn unusable<E: Display + 'static>(error: E) -> Unusable {
     Box::new(error)
 }
+
+/// Ends a command that went on after jobs that could not be done: their messages, one a line.
+fn all_done(undone: &[Unusable]) -> Result<(), Unusable> {
+    let messages: Vec<String> = undone.iter().map(ToString::to_string).collect();
+    match messages.as_slice() {
+        [] => Ok(()),
+        messages => Err(unusable(messages.join("\nleadscrew: "))),
+    }
+}

@@ -36,6 +36,31 @@ pub(super) fn is_stdout(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
+/// Whether a path leads to the same file as one of `inputs`: an output must not replace it. A
+/// device may be both.
+pub(super) fn is_input(path: &Path, inputs: &[&Path]) -> bool {
+    let target = fs::canonicalize(path).ok().filter(|path| path.is_file());
+    let is_target = |input: &&Path| target.is_some() && fs::canonicalize(input).ok() == target;
+    inputs.iter().any(is_target)
+}
+
+/// Refuses outputs that would replace the job that is read.
+///
+/// # Errors
+/// Where one would.
+pub(super) fn spare<'a>(
+    job: &Path,
+    mut outputs: impl Iterator<Item = &'a Path>,
+) -> Result<(), String> {
+    match outputs.find(|path| is_input(path, &[job])) {
+        Some(path) => Err(format!(
+            "{}: is the job that is read; the output needs another name",
+            path.display()
+        )),
+        None => Ok(()),
+    }
+}
+
 /// An output to be written.
 pub(super) struct Output {
     path: PathBuf,

@@ -4,7 +4,7 @@
 use super::args::ProfileArgs;
 use super::course::{Course, Text};
 use super::input;
-use super::output::{is_stdout, Output};
+use super::output::{is_stdout, spare, Output};
 use super::said::say;
 use super::setting_args::machine;
 use super::trials::trials;
@@ -21,6 +21,7 @@ use std::path::{Path, PathBuf};
 /// Where an option or the input cannot be used, or an output cannot be written.
 pub(super) fn profile(args: &ProfileArgs) -> Result<bool, Unusable> {
     let chosen = without_lead(&machine(&args.machine)?);
+    spare(&args.file, named(args)).map_err(unusable)?;
     let text = Text::read(input::open(&args.file).map_err(unusable)?)?;
     let [svg, csv] = outputs(args)?;
     let course = Course {

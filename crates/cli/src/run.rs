@@ -3,14 +3,14 @@
 
 use super::args::JobArgs;
 use super::input::{self, Job};
-use super::output::{is_stdout, Output, OutputError};
+use super::output::{is_stdout, spare, Output, OutputError};
 use super::playback;
 use super::report::{json_text, Report};
 use super::said::say;
 use super::setting_args::{machine, say_capped};
 use super::told::{progress_bar, teller};
 use super::watchers::{Sketch, StepList, WaveformFile};
-use super::{unusable, Unusable};
+use super::{all_done, unusable, Unusable};
 use crate::picture::{draw, Caption};
 use leadscrew_jobs::{extents, limits_of, title, Machine, Stream};
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
@@ -51,25 +51,38 @@ pub(super) fn run(args: &JobArgs) -> Result<bool, Unusable> {
         ));
     }
     one_for_stdout(args).map_err(unusable)?;
-    let mut reports = Vec::new();
+    let (mut reports, mut undone) = (Vec::new(), Vec::new());
     let mut clean = true;
     for file in &jobs {
-        let begin = Instant::now();
-        let job = input::open(file).map_err(unusable)?;
-        let outputs = Outputs::create(args, &machine).map_err(unusable)?;
-        let mut report = simulate(args, &machine, job, outputs)?;
-        report.wall_seconds = begin.elapsed().as_secs_f64();
+        let report = match run_one(args, &machine, file) {
+            Ok(report) => report,
+            Err(message) => {
+                undone.push(message);
+                continue;
+            }
+        };
         clean &= report.is_clean();
         match args.json {
             true => reports.push(report),
             false => tell(args, &report)?,
         }
     }
-    if args.json {
+    if args.json && !reports.is_empty() {
         let all: Vec<_> = reports.iter().map(Report::json).collect();
         say(json_text(&all, is_one))?;
     }
+    all_done(&undone)?;
     Ok(clean)
+}
+
+fn run_one(args: &JobArgs, machine: &Machine, file: &Path) -> Result<Report, Unusable> {
+    let begin = Instant::now();
+    spare(file, named(args)).map_err(unusable)?;
+    let job = input::open(file).map_err(unusable)?;
+    let outputs = Outputs::create(args, machine).map_err(unusable)?;
+    let mut report = simulate(args, machine, job, outputs)?;
+    report.wall_seconds = begin.elapsed().as_secs_f64();
+    Ok(report)
 }
 
 /// The observers of a run.

@@ -91,7 +91,7 @@ impl Printer {
     }
 
     fn command(&mut self, number: usize, text: &str) -> Result<(), Wrong> {
-        let text = text.trim_end();
+        let text = without_checksum(text.trim_end())?.trim_end();
         let (start, code) = code(text);
         if start == text.len() {
             return Ok(());
@@ -120,8 +120,8 @@ impl Printer {
         Ok(())
     }
 
-    /// Writes the command again, without its line number and checksum, which only protect the line
-    /// to a printer.
+    /// Writes the command again, without its line number, which only protects the line to a
+    /// printer.
     fn stay(&mut self, text: &str, column: usize, letters: &[Letter]) -> Result<(), Wrong> {
         let words = words(text)?;
         let [command, rest @ ..] = words.as_slice() else {
@@ -205,6 +205,24 @@ fn here_is(home: &[Mm; 3], letters: &[char]) -> String {
         }
     }
     line
+}
+
+/// A numbered line without the checksum, which protects it to a printer as the number does.
+fn without_checksum(text: &str) -> Result<&str, Wrong> {
+    let is_numbered = text.trim_start().starts_with(['N', 'n']);
+    let Some((line, checksum)) = text.rsplit_once('*').filter(|_| is_numbered) else {
+        return Ok(text);
+    };
+    let sum = line.bytes().fold(0, |sum, byte| sum ^ byte);
+    match checksum.trim().parse::<u8>() {
+        Ok(stated) if stated != sum => Err((
+            line.len() + 1,
+            format!("the checksum should be {sum}, the line says {stated}"),
+        )),
+        Ok(_) => Ok(line),
+        // The text of a message may have a `*`.
+        Err(_) => Ok(text),
+    }
 }
 
 /// Where a line's command begins, after its `N` word; and the command's letter and number.
@@ -350,6 +368,18 @@ mod tests {
     #[test]
     fn numbers_and_checksums_are_taken_off_and_verified() {
         assert_eq!(made("N3 G1 X5*102"), ["G1 X5"]);
+        // As a host sent these lines to a printer.
+        assert_eq!(made("N1 G28*18"), ["$H"]);
+        assert_eq!(made("N2 G28 X Y*16"), ["$HX", "$HY"]);
+        assert_eq!(made("N7 M117 hello*97"), ["(hello)"]);
+        assert_eq!(made("N13 M220 S100*83\nN3 T0*57"), [""; 0]);
+        for wrong in ["N1 G28*19", "N5 M84*27", "N7 M117 hello*0"] {
+            let faults = job(wrong, &Options::default()).unwrap_err().0;
+            assert!(
+                faults[0].message.contains("the checksum should be"),
+                "{wrong}"
+            );
+        }
         assert_eq!(
             job("N3 G1 X5*103", &Options::default())
                 .unwrap_err()

@@ -296,6 +296,24 @@ fn a_file_that_ends_too_early_or_too_late_is_refused() {
 }
 
 #[test]
+fn an_arc_that_cannot_exist_is_refused() {
+    let path = |arc: &str| {
+        format!("M48\nMETRIC\nT1C2.0\n%\nT1\nG00X0.0Y0.0\nM15\n{arc}\nG01X9.0\nM16\nM30\n")
+    };
+    for (arc, column, part) in [
+        ("G02X10.0Y0.0A4.9", 13, "two radii"),
+        ("G02X10.0Y0.0A0.0", 13, "more than 0"),
+        ("G03X0.0Y0.0A5.0", 12, "whole circle"),
+        ("G03X10.0Y0.0I4.0J0.0", 13, "as far from"),
+    ] {
+        let found = faults(&path(arc));
+        assert_eq!(found.len(), 1, "{arc}: {found:?}");
+        assert_eq!((found[0].0, found[0].1), (8, column), "{arc}: {found:?}");
+        assert!(found[0].2.contains(part), "{arc}: {found:?}");
+    }
+}
+
+#[test]
 fn holes_without_a_tool_or_a_unit_are_refused() {
     assert!(faults("%\nX010000Y010000\nM30\n")[0].2.contains("no tool"));
     assert!(faults("M48\nT1C0.8\n%\nM30\n")[0].2.contains("--units"));

@@ -185,7 +185,12 @@ impl<const AXES: usize> Checker<AXES> {
     /// checked along its whole way.
     fn check_command(&mut self, at: &mut [Coordinate; AXES], command: &Command<AXES>) -> Finding {
         match command {
-            Command::Line(travel) | Command::Probe { travel, .. } => self.go(at, travel, None),
+            Command::Line(travel) => self.go(at, travel, None),
+            Command::Probe { travel, .. } => {
+                // A probe cuts nothing: its way is travel.
+                let feed = Feed::Rapid;
+                self.go(at, &Travel { feed, ..*travel }, None)
+            }
             Command::Arc { travel, arc } => self.go(at, travel, Some(arc)),
             Command::Cycle { travel, cycle } => {
                 let clearance = self.settings.value(Setting::PeckClearance);
@@ -222,8 +227,11 @@ impl<const AXES: usize> Checker<AXES> {
         let kind = match travel.feed {
             Feed::Rapid => StrokeKind::Travel,
             Feed::PerMinute(_) | Feed::InverseTime(_) => {
-                let power = self.power(&travel.spindle);
                 let is_laser = self.settings.is_on(Setting::Laser);
+                let power = match is_laser && !travel.spindle.cutting {
+                    true => 0.0,
+                    false => self.power(&travel.spindle),
+                };
                 self.tooling.feed(&start, &travel.target, power, is_laser)
             }
         };

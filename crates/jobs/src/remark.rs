@@ -55,7 +55,9 @@ impl Remark {
             Self::OddByte => {
                 "What looks like a blank, a minus or a digit may be another character."
             }
-            Self::Setting => "It stays changed after the job, and motion stops for it.",
+            Self::Setting => {
+                "It stays changed after the job. In motion the machine refuses it: error:8."
+            }
             Self::AfterEnd => "M2 and M30 end the program; senders send what follows all the same.",
             Self::OutsideTravel => "Soft limits ($20) are off: the machine would run into its end.",
         }

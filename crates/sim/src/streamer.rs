@@ -32,7 +32,7 @@ pub enum Reply<'a> {
         line: u64,
         /// GRBL's number.
         code: u8,
-        /// The line as it was sent.
+        /// The line as it stands in the program; [`as_sent`] is what the machine got.
         text: &'a [u8],
     },
     /// The machine locked itself.
@@ -42,7 +42,7 @@ pub enum Reply<'a> {
         /// The first unanswered line in the program, from 1; the last answered line where none is
         /// unanswered.
         line: u64,
-        /// That line as it was sent; empty where it has been answered.
+        /// That line as it stands in the program; empty where it has been answered.
         text: &'a [u8],
     },
     /// Anything else: reports, messages, the banner.
@@ -116,6 +116,8 @@ pub struct Streamer<R, F> {
     /// Whether nothing may follow the line read last.
     last: bool,
     line: Vec<u8>,
+    /// The line as the machine gets it.
+    sent: Vec<u8>,
     incoming: Vec<u8>,
     state: Sending,
     answered: u64,
@@ -147,6 +149,7 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
             waiting: None,
             last: false,
             line: Vec::new(),
+            sent: Vec::new(),
             incoming: Vec::new(),
             state: Sending::Lines,
             answered: 0,
@@ -220,8 +223,9 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
         match self.lines.next(&mut self.line) {
             Ok(true) => {
                 self.replies.read(self.lines.number, &self.line);
-                hide_realtime(&mut self.line);
-                self.last = self.replies.is_last(&self.line);
+                self.sent.clear();
+                self.sent.extend(self.line.iter().copied().map(hidden));
+                self.last = self.replies.is_last(&self.sent);
                 Some(self.lines.number)
             }
             Ok(false) => {
@@ -305,7 +309,7 @@ impl<R: BufRead, F: Replies> Host for Streamer<R, F> {
         let next = self.text.len().checked_sub(self.unsent)?;
         let byte = self.text.get(next).copied()?;
         self.unsent -= 1;
-        Some(byte)
+        Some(hidden(byte))
     }
 
     fn receive(&mut self, channel: ChannelId, byte: u8, now: Cycle) {
@@ -345,14 +349,17 @@ fn parse(digits: &[u8]) -> Option<u8> {
     std::str::from_utf8(digits).ok()?.parse().ok()
 }
 
-/// Replaces realtime bytes, which would act at once even inside a line, by a byte that no line may
-/// contain outside a comment. So a comment's `!` does not stop the machine, and columns stay the
-/// same.
-fn hide_realtime(line: &mut [u8]) {
-    for byte in line {
-        if matches!(*byte, b'?' | b'!' | b'~' | 0x18 | 0x80..) {
-            *byte = b'_';
-        }
+/// A line of a program as the machine gets it. Realtime bytes would act at once, even inside a
+/// line: in their place comes a byte that no line may contain outside a comment. So a comment's `!`
+/// does not stop the machine, and columns stay the same.
+pub fn as_sent(line: &[u8]) -> Vec<u8> {
+    line.iter().copied().map(hidden).collect()
+}
+
+fn hidden(byte: u8) -> u8 {
+    match byte {
+        b'?' | b'!' | b'~' | 0x18 | 0x80.. => b'_',
+        other => other,
     }
 }
 

@@ -15,10 +15,10 @@ pub(in super::super) struct RpArgs {
     #[command(flatten)]
     output: OutputArgs,
     /// Feed of X and Y, mm/min.
-    #[arg(long, value_name = "MM/MIN", default_value = "1005")]
+    #[arg(long, value_name = "MM/MIN", default_value = "1005", value_parser = above_zero)]
     feed: Mm,
     /// Feed of Z, mm/min.
-    #[arg(long, value_name = "MM/MIN", default_value = "192")]
+    #[arg(long, value_name = "MM/MIN", default_value = "192", value_parser = above_zero)]
     lift: Mm,
     /// The line that switches the extruder on.
     #[arg(long, value_name = "LINE", default_value = "M3 S1000")]
@@ -45,16 +45,16 @@ pub(in super::super) struct RowsArgs {
     #[command(flatten)]
     output: OutputArgs,
     /// Length of the rows' unit, mm.
-    #[arg(long, value_name = "MM", default_value = "1")]
+    #[arg(long, value_name = "MM", default_value = "1", value_parser = above_zero)]
     scale: Mm,
     /// Feed along the rows, mm/min.
-    #[arg(long, value_name = "MM/MIN", default_value = "600")]
+    #[arg(long, value_name = "MM/MIN", default_value = "600", value_parser = above_zero)]
     feed: Mm,
     /// Feed down, mm/min.
-    #[arg(long, value_name = "MM/MIN", default_value = "200")]
+    #[arg(long, value_name = "MM/MIN", default_value = "200", value_parser = above_zero)]
     plunge: Mm,
     /// How far the tool is lifted between cuts, mm.
-    #[arg(long, value_name = "MM", default_value = "2")]
+    #[arg(long, value_name = "MM", default_value = "2", value_parser = above_zero)]
     lift: Mm,
     /// Speed of the spindle.
     #[arg(long, value_name = "RPM", default_value = "1000")]
@@ -74,6 +74,14 @@ pub(in super::super) struct PrintArgs {
     /// Where the tool stands after homing, in the file's coordinates; G92 sets them after each $H.
     #[arg(long, value_name = "X,Y,Z", value_parser = home, allow_hyphen_values = true)]
     home: Option<[Mm; 3]>,
+}
+
+/// Reads a length or a feed above zero.
+fn above_zero(text: &str) -> Result<Mm, String> {
+    match text.parse()? {
+        mm if mm > Mm::ZERO => Ok(mm),
+        _ => Err("expected a number above 0".to_owned()),
+    }
 }
 
 /// Reads three coordinates.

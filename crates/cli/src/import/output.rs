@@ -1,15 +1,15 @@
 //! Reads input files and writes jobs.
 
-use super::super::output::{is_stdout, Output};
+use super::super::output::{is_input, is_stdout, Output};
 use super::super::said::say;
 use super::super::{input, unusable, Unusable};
 use super::OutputArgs;
 use leadscrew_import::{Faults, Job};
-use std::fs;
 use std::io::{Read, Write};
 use std::path::Path;
 
 /// Reads a whole file of text. Bytes that are not UTF-8 are replaced: they can only be in comments.
+/// Lines end with LF, CR or CR LF, and a byte order mark is left out, as in jobs that are run.
 ///
 /// # Errors
 /// Where it cannot be read or is no text.
@@ -18,7 +18,9 @@ pub(in super::super) fn read(name: &Path) -> Result<String, Unusable> {
     let mut bytes = Vec::new();
     let read = job.text.read_to_end(&mut bytes);
     read.map_err(|error| unusable(format!("{}: cannot be read: {error}", job.name)))?;
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
+    let text = String::from_utf8_lossy(&bytes);
+    let text = text.trim_start_matches('\u{FEFF}');
+    Ok(text.replace("\r\n", "\n").replace('\r', "\n"))
 }
 
 /// The value that a reader returned. If it returned faults instead, prints them and returns `None`.
@@ -45,9 +47,7 @@ pub(in super::super) fn write(
     if is_stdout(path) {
         return say(text);
     }
-    let target = fs::canonicalize(path).ok();
-    let is_target = |input: &&Path| target.is_some() && fs::canonicalize(input).ok() == target;
-    if inputs.iter().any(is_target) {
+    if is_input(path, inputs) {
         let shown = path.display();
         return Err(unusable(format!(
             "{shown}: is a file that is read; the job needs another name"

@@ -286,6 +286,20 @@ fn check_warns_of_what_nobody_can_have_meant() {
 }
 
 #[test]
+fn check_says_what_becomes_of_a_setting_in_motion() {
+    let folder = Folder::new();
+    let moves: String = (1..40).map(|x| format!("G1X{x}F500\n")).collect();
+    let job = folder.file("job.nc", moves + "$110=600\n");
+    let run = stderr(&leadscrew(&["run", &job]));
+    assert!(run.contains("job.nc:40:1: error:8"), "{run}");
+    let check = stderr(&leadscrew(&["check", &job]));
+    assert!(
+        check.contains("In motion the machine refuses it: error:8"),
+        "{check}"
+    );
+}
+
+#[test]
 fn annotations_are_those_of_a_workflow() {
     let folder = Folder::new();
     let job = folder.file("job.nc", "G0X1\nG77\nG21 (mm\n");
@@ -322,6 +336,26 @@ fn the_report_tells_extents_and_lengths() {
         near(&extents["z"]["max"], 0.0);
         near(&json["cut_mm"], 29f64.sqrt() + std::f64::consts::PI);
         near(&json["travel_mm"], 8.0);
+    }
+}
+
+/// A laser is dark in a canned cycle, as in G0, and a probe cuts nothing.
+#[test]
+fn drilling_with_a_laser_and_probing_are_travel() {
+    let folder = Folder::new();
+    let job = "M3S500\nG1X5F600\nG81X10Z-2R1\nG80\nG38.3Z-4F300\nG0Z0\n";
+    let job = folder.file("job.nc", job);
+    for command in ["run", "check"] {
+        let done = leadscrew(&[command, "--json", "--set", "$32=1", &job]);
+        let json: Value = serde_json::from_str(&stdout(&done)).unwrap();
+        assert_eq!(json["cut_mm"], 5.0, "{command}: {json}");
+        assert_eq!(json["extents"]["z"]["min"], 0.0, "{command}: {json}");
+        // Up to R, over to the hole, down and up; down to Z-4 and up to Z0.
+        let travel = 1.0 + 5.0 + 3.0 + 3.0 + 5.0 + 4.0;
+        assert_eq!(json["travel_mm"], travel, "{command}: {json}");
+        let mill = leadscrew(&[command, "--json", &job]);
+        let json: Value = serde_json::from_str(&stdout(&mill)).unwrap();
+        assert_eq!(json["cut_mm"], 5.0 + 3.0, "{command}: {json}");
     }
 }
 

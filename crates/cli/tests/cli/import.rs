@@ -107,6 +107,73 @@ fn what_is_not_understood_is_shown_with_file_line_and_caret_and_nothing_is_writt
 }
 
 #[test]
+fn files_of_other_systems_are_read_as_those_of_this_one() {
+    let folder = folder();
+    let commands: [(&str, &[&str]); 5] = [
+        (
+            "board.drl",
+            &["import", "drill", "--depth", "-1", "--feed", "9"],
+        ),
+        ("part.rp", &["import", "rp"]),
+        ("heart.csv", &["import", "rows"]),
+        ("part.gcode", &["import", "print"]),
+        (
+            "job.nc",
+            &[
+                "align",
+                "--ref",
+                "0,0",
+                "--ref",
+                "9,0",
+                "--measured",
+                "1,1",
+                "--measured",
+                "10,1",
+            ],
+        ),
+    ];
+    folder.file("job.nc", "G21\nG90\nG0 X1 Y1\n");
+    for (name, args) in commands {
+        let made = |name: &str| {
+            let output = call(&folder, &[args, &[name]].concat());
+            assert!(output.status.success(), "{name}: {}", stderr(&output));
+            // Comments name the file.
+            let text = stdout(&output);
+            let lines = text.lines().filter(|line| !line.starts_with('('));
+            lines.map(str::to_owned).collect::<Vec<_>>()
+        };
+        let text = fs::read_to_string(folder.path(name)).unwrap();
+        let unix = text.replace("\r\n", "\n");
+        folder.file("unix", &unix);
+        folder.file("marked", format!("\u{FEFF}{unix}"));
+        folder.file("dos", unix.replace('\n', "\r\n"));
+        folder.file("mac", unix.replace('\n', "\r"));
+        for other in ["marked", "dos", "mac"] {
+            assert_eq!(made(other), made("unix"), "{name} as {other}");
+        }
+    }
+}
+
+/// The ends of half a circle have three decimals, and so has its radius: it is 0.0002 mm too short.
+#[test]
+fn half_a_circle_by_its_rounded_radius_is_milled() {
+    let folder = folder();
+    folder.file(
+        "half.drl",
+        "M48\nMETRIC\nT1C1.0\n%\nT1\nG00X0.0Y0.0\nM15\nG02X2.0Y2.0A1.414\nM16\nM30\n",
+    );
+    let drill = [
+        "import", "drill", "half.drl", "--depth", "-1", "--feed", "9",
+    ];
+    let output = call(&folder, &[&drill[..], &["-o", "half.nc"]].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+    let check = call(&folder, &["check", "half.nc"]);
+    assert!(check.status.success(), "{}", stderr(&check));
+    let job = fs::read_to_string(folder.path("half.nc")).unwrap();
+    assert!(job.contains("G2 X2 Y2 I1 J1 F9"), "{job}");
+}
+
+#[test]
 fn an_input_is_never_written_over() {
     let folder = folder();
     let before = fs::read(folder.path("board.drl")).unwrap();
@@ -127,6 +194,29 @@ fn an_input_is_never_written_over() {
     assert_eq!(fs::read(folder.path("board.drl")).unwrap(), before);
 }
 
+/// Such a job would be refused by the machine, or drag the tool over the work.
+#[test]
+fn feeds_and_lifts_are_above_zero() {
+    let folder = folder();
+    for (kind, file, option) in [
+        ("rp", "part.rp", "--feed"),
+        ("rp", "part.rp", "--lift"),
+        ("rows", "heart.csv", "--scale"),
+        ("rows", "heart.csv", "--feed"),
+        ("rows", "heart.csv", "--plunge"),
+        ("rows", "heart.csv", "--lift"),
+    ] {
+        for value in ["=0", "=-2"] {
+            let option = format!("{option}{value}");
+            let output = call(&folder, &["import", kind, file, &option]);
+            assert_eq!(output.status.code(), Some(2), "{kind} {option}");
+            let said = stderr(&output);
+            assert!(said.contains("expected a number above 0"), "{said}");
+            assert!(stdout(&output).is_empty(), "{kind} {option}");
+        }
+    }
+}
+
 #[test]
 fn options_that_make_no_sense_are_refused_with_one_message() {
     let folder = folder();
@@ -134,6 +224,11 @@ fn options_that_make_no_sense_are_refused_with_one_message() {
     let board = board.to_str().unwrap();
     let drill = |more: &[&'static str]| [&["import", "drill", board, "--feed", "9"], more].concat();
     unusable(&drill(&["--depth", "1.8"]), &["is it -1.8?"]);
+    unusable(&drill(&["--depth", "0"]), &["--depth 0 is not below Z0\n"]);
+    unusable(
+        &drill(&["--depth", "-1", "--peck", "0"]),
+        &["--peck must be more than 0"],
+    );
     unusable(
         &drill(&["--depth", "-1", "--tools", "files"]),
         &["needs -o"],

@@ -177,6 +177,20 @@ fn run_warns_of_what_check_warns_of() {
 }
 
 #[test]
+fn a_refused_line_is_shown_as_it_stands_in_the_file() {
+    let folder = Folder::new();
+    let lines = ["G0 X\u{2212}5", "G77 (gr\u{fc}n!)"];
+    let job = folder.file("job.nc", lines.join("\n"));
+    let done = leadscrew(&["run", "--keep-going", "--json", &job]);
+    let json: serde_json::Value = serde_json::from_str(&stdout(&done)).unwrap();
+    let errors: Vec<_> = json["errors"].as_array().unwrap().iter().collect();
+    let told = |at: usize| (&errors[at]["text"], &errors[at]["column"]);
+    assert_eq!(told(0), (&lines[0].into(), &5.into()));
+    assert_eq!(told(1), (&lines[1].into(), &1.into()));
+    assert!(stderr(&done).contains("     1 | G0 X\u{2212}5\n       |     ^"));
+}
+
+#[test]
 fn a_page_of_the_job_is_written_and_tells_its_time() {
     let folder = Folder::new();
     let job = folder.file("job.nc", SQUARE);
@@ -213,17 +227,40 @@ fn shown_in_the_readme(begin: &str) -> Vec<String> {
 }
 
 #[test]
-fn the_readme_shows_what_run_prints() {
+fn the_readme_shows_what_run_and_profile_print() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let output = Command::new(env!("CARGO_BIN_EXE_leadscrew"))
-        .args(["run", "examples/heart.nc"])
-        .current_dir(root)
-        .output()
-        .unwrap();
-    let printed = stdout(&output);
-    for line in shown_in_the_readme("text\nexamples/heart.nc") {
-        let row = printed.lines().any(|printed| printed == line);
-        assert!(row, "README.md has {line:?}, but:\n{printed}");
+    for (command, begin) in [
+        ("run", "text\nexamples/heart.nc"),
+        ("profile", "text\n  what binds"),
+    ] {
+        let output = Command::new(env!("CARGO_BIN_EXE_leadscrew"))
+            .args([command, "examples/heart.nc"])
+            .current_dir(&root)
+            .output()
+            .unwrap();
+        let printed = stdout(&output);
+        for line in shown_in_the_readme(begin) {
+            let row = printed.lines().any(|printed| printed == line);
+            assert!(row, "README.md has {line:?}, but {command}:\n{printed}");
+        }
+    }
+}
+
+/// The pictures of the README are those of its commands.
+#[test]
+fn the_pictures_of_the_readme_are_those_of_today() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    for (command, picture) in [("run", "docs/heart.svg"), ("profile", "docs/profile.svg")] {
+        let output = Command::new(env!("CARGO_BIN_EXE_leadscrew"))
+            .args([command, "examples/heart.nc", "--svg", "-"])
+            .current_dir(&root)
+            .output()
+            .unwrap();
+        let shown = fs::read_to_string(root.join(picture)).unwrap();
+        assert!(
+            stdout(&output) == shown,
+            "make it anew: {command} --svg {picture}"
+        );
     }
 }
 

@@ -45,6 +45,48 @@ fn unreadable_jobs_are_refused_with_one_message() {
 }
 
 #[test]
+fn a_job_is_never_written_over() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", SQUARE);
+    let same = folder.path("./job.nc").to_str().unwrap().to_owned();
+    for [command, output] in [
+        ["run", "--svg"],
+        ["run", "--html"],
+        ["run", "--vcd"],
+        ["run", "--steps"],
+        ["check", "--svg"],
+        ["profile", "--svg"],
+        ["profile", "--csv"],
+    ] {
+        unusable(&[command, &job, output, &same], &["job.nc", "another name"]);
+        assert_eq!(fs::read_to_string(&job).unwrap(), SQUARE, "{command}");
+    }
+    // A device may be both.
+    #[cfg(unix)]
+    unusable(&["run", "/dev/null", "--svg", "/dev/null"], &["is empty"]);
+}
+
+#[test]
+fn a_job_that_cannot_be_read_does_not_keep_the_others_from_their_turn() {
+    let folder = Folder::new();
+    let empty = folder.file("a.nc", "");
+    let bad = folder.file("b.nc", "G77\n");
+    let missing = folder.path("c.nc").to_str().unwrap().to_owned();
+    for command in ["run", "check"] {
+        let done = leadscrew(&[command, &empty, &bad, &missing]);
+        assert_eq!(done.status.code(), Some(2), "{command}");
+        let said = stderr(&done);
+        assert!(said.contains("a.nc: is empty"), "{said}");
+        assert!(said.contains("b.nc:1:1: error:20"), "{said}");
+        assert!(said.contains("c.nc: cannot be read"), "{said}");
+        let json = leadscrew(&[command, "--json", &empty, &bad, &missing]);
+        assert_eq!(json.status.code(), Some(2), "{command}");
+        let json: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
+        assert_eq!(json.as_array().unwrap().len(), 1, "{command}");
+    }
+}
+
+#[test]
 fn bad_settings_are_refused_with_their_place() {
     let folder = Folder::new();
     let job = folder.file("job.nc", SQUARE);

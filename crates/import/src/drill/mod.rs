@@ -103,7 +103,22 @@ fn check(options: &Options) -> Result<(), String> {
     let Options {
         depth, clearance, ..
     } = options;
-    if *depth >= Mm::ZERO {
+    let lengths = [
+        ("--feed", Some(options.feed)),
+        ("--mill-feed", options.mill_feed),
+        ("--peck", options.peck),
+        ("--bits", options.bits.iter().min().copied()),
+    ];
+    let wrong = lengths
+        .iter()
+        .find(|(_, length)| length.is_some_and(|length| length <= Mm::ZERO));
+    if let Some((name, _)) = wrong {
+        return Err(format!("{name} must be more than 0"));
+    }
+    if *depth == Mm::ZERO {
+        return Err("--depth 0 is not below Z0".to_owned());
+    }
+    if *depth > Mm::ZERO {
         return Err(format!(
             "--depth {depth} is not below Z0: is it {}?",
             -*depth
@@ -114,26 +129,13 @@ fn check(options: &Options) -> Result<(), String> {
             "--depth {depth} is not below --clearance {clearance}"
         ));
     }
-    if options
-        .peck
-        .is_some_and(|peck| peck.nanos() < (*clearance - *depth).nanos() / MOST_PECKS)
-    {
+    let is_tiny = |peck: Mm| peck.nanos() < (*clearance - *depth).nanos() / MOST_PECKS;
+    if options.peck.is_some_and(is_tiny) {
         return Err(format!(
             "--peck would be more than {MOST_PECKS} pecks a hole"
         ));
     }
-    let lengths = [
-        ("--feed", Some(options.feed)),
-        ("--mill-feed", options.mill_feed),
-        ("--peck", options.peck),
-        ("--bits", options.bits.iter().min().copied()),
-    ];
-    let wrong = lengths
-        .iter()
-        .find(|(_, length)| length.is_some_and(|length| length <= Mm::ZERO));
-    wrong.map_or(Ok(()), |(name, _)| {
-        Err(format!("{name} must be more than 0"))
-    })
+    Ok(())
 }
 
 /// A count with its noun: `1 hole`, `2 holes`.

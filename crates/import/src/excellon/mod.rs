@@ -17,6 +17,7 @@
 //! Altium and FlatCAM, and files without a header as older programs wrote them. `docs/import.md`
 //! lists how each statement is read.
 
+mod bend;
 mod comment;
 mod evidence;
 mod format;

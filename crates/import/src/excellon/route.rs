@@ -1,11 +1,12 @@
 //! Routing: `G00` moves above the board, `M15` lowers the tool, `G01` `G02` `G03` cut, `M16` lifts
 //! it, `G05` drills again.
 
+use super::bend::{by_centre, by_radius};
 use super::reader::{Mode, Motion, Reader};
 use super::shape::{Arc, Centre, Cut, Route, Shape};
 use super::word::Word;
 use super::wrong::Wrong;
-use crate::{Mm, Point};
+use crate::Point;
 
 impl Reader {
     /// Reads `G00` to `G03`, `G05` and `G81`.
@@ -96,7 +97,13 @@ impl Reader {
         };
         let column = words.first().map_or(1, |word| word.column);
         let arc = match motion {
-            Motion::Arc { is_clockwise } => Some(self.arc(is_clockwise, &bends, column)?),
+            Motion::Arc { is_clockwise } => {
+                let centre = self.centre(&bends, to - self.now.at, column)?;
+                Some(Arc {
+                    is_clockwise,
+                    centre,
+                })
+            }
             Motion::Rapid | Motion::Line => None,
         };
         match (motion, bends.first()) {
@@ -121,28 +128,26 @@ impl Reader {
         Ok(())
     }
 
-    /// Reads an arc's centre: `A` is the radius, `I` and `J` are the way from the start.
-    fn arc(&mut self, is_clockwise: bool, bends: &[Word], column: usize) -> Result<Arc, Wrong> {
+    /// Reads the centre of an arc that leads along `way`: `A` is the radius, `I` and `J` are the
+    /// way from the start.
+    fn centre(&mut self, bends: &[Word], way: Point, column: usize) -> Result<Centre, Wrong> {
         let mut number = |word: &Word| self.now.format.coordinate(word, &mut self.notes);
-        let centre = match bends {
-            [a] if a.letter == 'A' => match number(a)? {
-                radius if radius > Mm::ZERO => Centre::Radius(radius),
-                _ => return Err(a.wrong("a radius is more than 0")),
-            },
-            [i, j] if (i.letter, j.letter) == ('I', 'J') => Centre::Offset(Point {
-                x: number(i)?,
-                y: number(j)?,
-            }),
-            _ => {
-                return Err(Wrong::at(
-                    column,
-                    "an arc needs A (radius) or I and J (centre)",
-                ))
+        match bends {
+            [a] if a.letter == 'A' => {
+                let radius = number(a)?;
+                by_radius(radius, way).map_err(|message| a.wrong(message))
             }
-        };
-        Ok(Arc {
-            is_clockwise,
-            centre,
-        })
+            [i, j] if (i.letter, j.letter) == ('I', 'J') => {
+                let centre = Point {
+                    x: number(i)?,
+                    y: number(j)?,
+                };
+                by_centre(centre, way).map_err(|message| i.wrong(message))
+            }
+            _ => Err(Wrong::at(
+                column,
+                "an arc needs A (radius) or I and J (centre)",
+            )),
+        }
     }
 }

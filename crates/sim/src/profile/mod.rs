@@ -503,6 +503,8 @@ mod tests {
             ("\n[heaters.nozzle]\nsensor = \"ad\"", "router.toml:3: heaters.nozzle.sensor: unknown variant `ad`, expected one of `ad595`, `amplifier`, `thermistor`"),
             ("[heaters]\nextruder = \"a\"", "router.toml:1: heaters: expected the letter of one of its axes as `extruder`"),
             ("[heaters.nozzle]\nsensor = \"ad595\"\nmost = 1e9", "router.toml:3: heaters.nozzle.most: expected between -273 and 2000 degrees"),
+            ("[axes.x]\nlimits = { low = 0, high = 9 }\n[axes.y]\nlimits = { low = 9, high = 0 }", "router.toml:3: axes.y: expected the low limit switch below the high one"),
+            ("[second_motor]\naxis = \"y\"\nstart = 0\nlimits = { low = 5, high = 5 }", "router.toml:1: second_motor: expected the low limit switch below the high one"),
             ("[tool_switches]\nlower = 2\nupper = 1\nrate_mm_min = 1\nmost_mm = 1", "router.toml:1: tool_switches: expected the upper switch above the lower one"),
             ("[tool_change]\nshown = \"t\"", "router.toml:2: tool_change.shown: unknown variant `t`, expected `hold` or `tool`"),
         ];

@@ -163,6 +163,23 @@ impl Profile {
         ))
     }
 
+    /// An axis whose two limit switches would be closed at the same time, and the expected value.
+    fn contradiction_of_limits(&self) -> Option<(&'static str, &'static str)> {
+        let tables = self.letters().into_iter().map(table);
+        let limits = self.all_axes().map(|axis| axis.limits);
+        let second = self
+            .second_motor
+            .as_ref()
+            .map(|second| ("second_motor", second.limits));
+        let mut all = tables.zip(limits).chain(second);
+        let are_swapped = |limits: Limits| {
+            let ends = limits.low.zip(limits.high);
+            ends.is_some_and(|(low, high)| low >= high)
+        };
+        let (table, _) = all.find(|(_, limits)| are_swapped(*limits))?;
+        Some((table, "expected the low limit switch below the high one"))
+    }
+
     /// A key that contradicts other keys, and the expected value.
     pub(super) fn contradiction(&self) -> Option<(&'static str, &'static str)> {
         if self.axes.c.is_some() && self.axes.b.is_none()
@@ -174,6 +191,9 @@ impl Profile {
             ));
         }
         if let Some(contradiction) = self.contradiction_of_extruder() {
+            return Some(contradiction);
+        }
+        if let Some(contradiction) = self.contradiction_of_limits() {
             return Some(contradiction);
         }
         let knows_no_end = |axis: &Axis| {
@@ -362,6 +382,19 @@ fn steps_per_mm(axis: &Axis) -> f64 {
     const GRBL: f64 = 250.0;
     let own = axis.steps_per_mm.as_ref();
     own.map_or(GRBL, |steps| steps.get_ref().get())
+}
+
+/// The table of an axis in the file.
+fn table(letter: char) -> &'static str {
+    match letter {
+        'X' => "axes.x",
+        'Y' => "axes.y",
+        'Z' => "axes.z",
+        'A' => "axes.a",
+        'B' => "axes.b",
+        'C' => "axes.c",
+        _ => "axes",
+    }
 }
 
 #[cfg(test)]
