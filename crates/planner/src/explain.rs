@@ -56,7 +56,7 @@ where
     /// The bound of the speed at the end of the running move, or of the move that has just been
     /// handed out.
     pub fn ahead(&self) -> Ahead {
-        match self.queue().slow_start(&self.ground()) {
+        match self.queue().slow_start(&self.axis_limits()) {
             Some(planned) if planned.cap < planned.corner => Ahead::SlowerMove,
             Some(planned) if self.is_curve(planned) => Ahead::Curve,
             Some(_) => Ahead::Corner,

@@ -151,7 +151,7 @@ pub(crate) struct PlannedMove<const AXES: usize, const MOTORS: usize> {
     /// override lets them be.
     pub(crate) has_gaps: bool,
     /// Whether `entry` would be more if motion could go on behind the last move.
-    pub(crate) hangs: bool,
+    pub(crate) bound_by_end: bool,
 }
 
 /// Stands for no line number: GRBL's line numbers end at 10 million.
@@ -187,7 +187,7 @@ impl<const AXES: usize, const MOTORS: usize> PlannedMove<AXES, MOTORS> {
             pixels: 0,
             kind: of.kind,
             has_gaps: false,
-            hangs: true,
+            bound_by_end: true,
         }
     }
 

@@ -86,7 +86,7 @@ impl Block {
         map: Map::NONE,
         reach: Reach {
             v2: 0,
-            hangs: false,
+            bound_by_end: false,
         },
     };
 }
@@ -97,14 +97,13 @@ pub(crate) trait Braking<const AXES: usize, const MOTORS: usize> {
     fn gain(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
-        behind: Option<&PlannedMove<AXES, MOTORS>>,
+        after: Option<&PlannedMove<AXES, MOTORS>>,
         v2: u32,
     ) -> u32;
 
     /// The highest squared speed at the end of a move with one behind it, and the gains there,
     /// whatever the overrides.
-    fn ends(&self, planned: &PlannedMove<AXES, MOTORS>, behind: &PlannedMove<AXES, MOTORS>)
-        -> Ends;
+    fn ends(&self, planned: &PlannedMove<AXES, MOTORS>, after: &PlannedMove<AXES, MOTORS>) -> Ends;
 }
 
 /// Planned moves, the running one first, with the speed at which each may begin.
@@ -217,10 +216,10 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
 
     /// Adds the move at `index`, with one behind it, to its block.
     fn fold(&mut self, index: usize, braking: &impl Braking<AXES, MOTORS>) {
-        let (Some(of), Some(behind)) = (self.moves.get(index), self.moves.get(index + 1)) else {
+        let (Some(of), Some(after)) = (self.moves.get(index), self.moves.get(index + 1)) else {
             return;
         };
-        let map = Map::new(of.cap, braking.ends(of, behind));
+        let map = Map::new(of.cap, braking.ends(of, after));
         let number = self.number(index);
         let begins = number & self.mask() == 0;
         let at = self.block_at(self.block_of(number));
@@ -272,8 +271,8 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
     }
 
     /// Whether that limit would be higher if motion could go on behind the last planned move.
-    pub(crate) fn hangs(&self) -> bool {
-        self.next().is_none_or(|next| next.hangs)
+    pub(crate) fn is_bound_by_end(&self) -> bool {
+        self.next().is_none_or(|next| next.bound_by_end)
     }
 
     /// Finds the speeds anew, as far as they have changed.
@@ -286,8 +285,8 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         if self.stale == Stale::Nothing && self.number(near) == self.walked {
             return;
         }
-        let behind = self.find_blocks(near, open, braking);
-        self.walk(next, near, behind, braking);
+        let after = self.find_blocks(near, open, braking);
+        self.walk(next, near, after, braking);
         self.stale = Stale::Nothing;
         self.walked = self.number(near);
         self.found = self.number(open);
@@ -313,7 +312,7 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         };
         let gain = braking.gain(last, None, 0);
         let mut reach = Reach::bounded(gain.into(), last.cap, true);
-        (last.entry, last.hangs) = (reach.v2, reach.hangs);
+        (last.entry, last.bound_by_end) = (reach.v2, reach.bound_by_end);
         if near == open {
             return reach;
         }
@@ -350,25 +349,29 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         &mut self,
         next: usize,
         near: usize,
-        behind: Reach,
+        after: Reach,
         braking: &impl Braking<AXES, MOTORS>,
     ) {
         let known = self.known(self.walked);
-        let mut reach = behind;
+        let mut reach = after;
         for index in (next..near).rev() {
             let Some(of) = self.moves.get(index) else {
                 return;
             };
             let gain = braking.gain(of, self.moves.get(index + 1), reach.v2);
-            reach = Reach::bounded(u64::from(reach.v2) + u64::from(gain), of.cap, reach.hangs);
+            reach = Reach::bounded(
+                u64::from(reach.v2) + u64::from(gain),
+                of.cap,
+                reach.bound_by_end,
+            );
             let Some(of) = self.moves.get_mut(index) else {
                 return;
             };
-            let same = (of.entry, of.hangs) == (reach.v2, reach.hangs);
+            let same = (of.entry, of.bound_by_end) == (reach.v2, reach.bound_by_end);
             if same && index < known && self.stale != Stale::All {
                 return;
             }
-            (of.entry, of.hangs) = (reach.v2, reach.hangs);
+            (of.entry, of.bound_by_end) = (reach.v2, reach.bound_by_end);
         }
     }
 

@@ -20,20 +20,20 @@ pub(super) struct Map {
     plus: u32,
 }
 
-/// A squared speed, and whether it would be higher if motion could go on behind the last move.
+/// A squared speed, and whether it would be higher if motion could go on after the last move.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(super) struct Reach {
     pub(super) v2: u32,
-    pub(super) hangs: bool,
+    pub(super) bound_by_end: bool,
 }
 
 impl Reach {
-    pub(super) fn bounded(v2: u64, cap: u32, hangs: bool) -> Self {
+    pub(super) fn bounded(v2: u64, cap: u32, bound_by_end: bool) -> Self {
         match u32::try_from(v2) {
-            Ok(v2) if v2 < cap => Self { v2, hangs },
+            Ok(v2) if v2 < cap => Self { v2, bound_by_end },
             Ok(_) | Err(_) => Self {
                 v2: cap,
-                hangs: false,
+                bound_by_end: false,
             },
         }
     }
@@ -89,19 +89,19 @@ impl Map {
         }
     }
 
-    pub(super) fn before(self, behind: Self) -> Self {
-        let share = scaled(self.share, behind.share).min(u32::MAX.into()) as u32;
+    pub(super) fn before(self, after: Self) -> Self {
+        let share = scaled(self.share, after.share).min(u32::MAX.into()) as u32;
         Self {
             cap: self
                 .cap
-                .min(clamp(scaled(self.share, behind.cap) + u64::from(self.plus))),
+                .min(clamp(scaled(self.share, after.cap) + u64::from(self.plus))),
             share,
-            plus: clamp(scaled(self.share, behind.plus) + u64::from(self.plus)),
+            plus: clamp(scaled(self.share, after.plus) + u64::from(self.plus)),
         }
     }
 
-    pub(super) fn reach(self, behind: Reach) -> Reach {
-        let v2 = scaled(self.share, behind.v2) + u64::from(self.plus);
-        Reach::bounded(v2, self.cap, behind.hangs)
+    pub(super) fn reach(self, after: Reach) -> Reach {
+        let v2 = scaled(self.share, after.v2) + u64::from(self.plus);
+        Reach::bounded(v2, self.cap, after.bound_by_end)
     }
 }

@@ -12,7 +12,7 @@
 
 use crate::planner::nominal;
 use crate::real::{least, most, sqrt};
-use crate::space::ground::Whereabouts;
+use crate::space::axis_limits::Whereabouts;
 use crate::speed::profile::{Place, Plan, Trapezoid};
 use crate::speed::ramp::{self, Limits};
 use crate::{Kinematics, Planner, Segmenter};
@@ -55,33 +55,33 @@ where
     pub fn add_time(&self, left: &mut TimeLeft) -> bool {
         let (jerk, overrides, unit) = (self.config().jerk, self.overrides(), self.unit());
         let (mut speed, mut seconds) = (left.speed, left.seconds);
-        let ground = self.ground();
+        let axis_limits = self.axis_limits();
         let guess = |count: usize, of: &_| self.guess(count, of);
-        let next = self
-            .queue()
-            .visit_block(left.next, &ground, guess, |planned, behind, limit| {
-                let at = Whereabouts {
-                    v2: speed * speed,
-                    left: planned.length,
-                    at_start: true,
-                };
-                let course = ground.course(planned, behind, at, unit.v2(limit));
-                let over = Stretch {
-                    length: planned.length,
-                    up: course.up,
-                    down: course.down,
-                    nominal: least(nominal(overrides, planned), sqrt(course.top_v2)),
-                    entry: speed,
-                    limit_v2: course.exit_v2,
-                };
-                let (time, end) = if jerk > 0.0 {
-                    over.eased(jerk)
-                } else {
-                    over.sharp()
-                };
-                seconds += time;
-                speed = end;
-            });
+        let next =
+            self.queue()
+                .visit_block(left.next, &axis_limits, guess, |planned, after, limit| {
+                    let at = Whereabouts {
+                        v2: speed * speed,
+                        left: planned.length,
+                        at_start: true,
+                    };
+                    let course = axis_limits.course(planned, after, at, unit.v2(limit));
+                    let over = Stretch {
+                        length: planned.length,
+                        up: course.up,
+                        down: course.down,
+                        nominal: least(nominal(overrides, planned), sqrt(course.top_v2)),
+                        entry: speed,
+                        limit_v2: course.exit_v2,
+                    };
+                    let (time, end) = if jerk > 0.0 {
+                        over.eased(jerk)
+                    } else {
+                        over.sharp()
+                    };
+                    seconds += time;
+                    speed = end;
+                });
         *left = TimeLeft {
             next: next.unwrap_or(left.next),
             speed,

@@ -89,8 +89,8 @@ where
     fn release(&mut self, turn: &Turn<AXES>) {
         let (overrides, unit) = (self.overrides, self.limits.unit);
         let (before, mut speed) = (self.nominal_before, None);
-        let (queue, ground) = self.parts();
-        queue.plan(&ground, |of| {
+        let (queue, axis_limits) = self.parts();
+        queue.plan(&axis_limits, |of| {
             speed = Some(begin(of, turn, unit, overrides, before));
         });
         self.nominal_before = speed;

@@ -20,7 +20,7 @@ use crate::path::row::Row;
 use crate::path::short::Short;
 use crate::path::Window;
 use crate::real::{least, sqrt};
-use crate::space::ground::{Course, Ground, Whereabouts};
+use crate::space::axis_limits::{AxisLimits, Course, Whereabouts};
 use crate::{Config, ConfigError, Coordinate, Kinematics, Move, Overrides};
 use backlog::Backlog;
 use core::fmt;
@@ -271,19 +271,19 @@ where
         &mut self,
     ) -> (
         &mut LookAhead<'q, AXES, MOTORS>,
-        Ground<'_, K, AXES, MOTORS>,
+        AxisLimits<'_, K, AXES, MOTORS>,
     ) {
-        let ground = Ground {
+        let axis_limits = AxisLimits {
             limits: &self.limits,
             scales: &self.scales,
             kinematics: &self.kinematics,
             jerk: self.config.jerk,
         };
-        (&mut self.queue, ground)
+        (&mut self.queue, axis_limits)
     }
 
-    pub(crate) fn ground(&self) -> Ground<'_, K, AXES, MOTORS> {
-        Ground {
+    pub(crate) fn axis_limits(&self) -> AxisLimits<'_, K, AXES, MOTORS> {
+        AxisLimits {
             limits: &self.limits,
             scales: &self.scales,
             kinematics: &self.kinematics,
@@ -301,8 +301,8 @@ where
     }
 
     /// Whether the end of the planned moves bounds the speed: then a line more makes it higher.
-    pub(crate) fn hangs(&self) -> bool {
-        self.queue.hangs()
+    pub(crate) fn is_bound_by_end(&self) -> bool {
+        self.queue.is_bound_by_end()
     }
 
     pub(crate) fn finish(&mut self) {
@@ -321,7 +321,7 @@ where
         /// The most moves that are planned at a time.
         const MOST: usize = 4;
         self.find();
-        if self.hangs() && self.lacks_what_waits() && self.slows_down_soon(at()) {
+        if self.is_bound_by_end() && self.lacks_what_waits() && self.slows_down_soon(at()) {
             for _ in 0..MOST {
                 if self.lacks_what_waits() {
                     self.settle_one(true);
@@ -367,8 +367,8 @@ where
     }
 
     fn find(&mut self) {
-        let (queue, ground) = self.parts();
-        queue.find(&ground);
+        let (queue, axis_limits) = self.parts();
+        queue.find(&axis_limits);
     }
 
     /// How the running move goes on from where it is.
@@ -376,7 +376,7 @@ where
         let exit_v2 = self.limits.unit.v2(outlook.exit);
         let running = self.queue.running()?;
         Some(
-            self.ground()
+            self.axis_limits()
                 .course(running, self.queue.next(), at, exit_v2),
         )
     }

@@ -46,8 +46,8 @@ where
             return false;
         }
         let (overrides, unit) = (self.overrides, self.limits.unit);
-        let (queue, ground) = self.parts();
-        queue.renew(&ground, |before, planned| {
+        let (queue, axis_limits) = self.parts();
+        queue.renew(&axis_limits, |before, planned| {
             let before = before.map(|before| nominal(overrides, before));
             cap(unit, before, nominal(overrides, planned), planned.corner)
         });

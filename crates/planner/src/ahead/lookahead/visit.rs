@@ -15,7 +15,7 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
         braking: &impl Braking<AXES, MOTORS>,
     ) -> Option<&PlannedMove<AXES, MOTORS>> {
         let next = usize::from(self.running);
-        if self.hangs() {
+        if self.is_bound_by_end() {
             return None;
         }
         let open = self.planned.checked_sub(1)?;

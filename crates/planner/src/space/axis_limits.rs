@@ -18,7 +18,7 @@ const GAIN_MARGIN: f32 = 1.0 - 1.0 / (1 << 20) as f32;
 const EASED: f32 = 0.8;
 
 /// What bounds the acceleration along moves.
-pub(crate) struct Ground<'m, K, const AXES: usize, const MOTORS: usize> {
+pub(crate) struct AxisLimits<'m, K, const AXES: usize, const MOTORS: usize> {
     pub(crate) limits: &'m Limits<AXES>,
     pub(crate) scales: &'m Scales<MOTORS>,
     pub(crate) kinematics: &'m K,
@@ -47,7 +47,7 @@ pub(crate) struct Whereabouts {
     pub(crate) at_start: bool,
 }
 
-impl<K, const AXES: usize, const MOTORS: usize> Ground<'_, K, AXES, MOTORS>
+impl<K, const AXES: usize, const MOTORS: usize> AxisLimits<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
@@ -74,20 +74,20 @@ where
         Piece { tangent, length }
     }
 
-    /// How the running move goes on. The move after it is `behind`, and its end may be passed at
+    /// How the running move goes on. The move after it is `after`, and its end may be passed at
     /// `exit_v2` at most.
     pub(crate) fn course(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
-        behind: Option<&PlannedMove<AXES, MOTORS>>,
+        after: Option<&PlannedMove<AXES, MOTORS>>,
         at: Whereabouts,
         exit_v2: f32,
     ) -> Course {
-        let to = behind.map_or([0.0; AXES], |behind| behind.bend);
+        let to = after.map_or([0.0; AXES], |after| after.bend);
         if self.jerk > 0.0 {
-            return self.eased_course(planned, behind, exit_v2);
+            return self.eased_course(planned, after, exit_v2);
         }
-        if planned.is_straight() && behind.is_none_or(PlannedMove::is_straight) {
+        if planned.is_straight() && after.is_none_or(PlannedMove::is_straight) {
             let a = planned.acceleration;
             return Course {
                 exit_v2,
@@ -97,7 +97,7 @@ where
                 stop: a,
             };
         }
-        let middle = middle(planned, behind);
+        let middle = middle(planned, after);
         let from = if at.at_start { planned.bend } else { middle };
         let piece = self.piece(planned, at.left);
         let gain = |x, from: &[f32; AXES], to: &[f32; AXES], rise| {
@@ -135,13 +135,13 @@ where
     fn eased_course(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
-        behind: Option<&PlannedMove<AXES, MOTORS>>,
+        after: Option<&PlannedMove<AXES, MOTORS>>,
         exit_v2: f32,
     ) -> Course {
-        let a = self.eased(planned, behind);
+        let a = self.eased(planned, after);
         Course {
             exit_v2,
-            top_v2: self.cap(&middle(planned, behind)),
+            top_v2: self.cap(&middle(planned, after)),
             up: a,
             down: a,
             stop: a,
@@ -152,7 +152,7 @@ where
     fn eased(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
-        behind: Option<&PlannedMove<AXES, MOTORS>>,
+        after: Option<&PlannedMove<AXES, MOTORS>>,
     ) -> f32 {
         let piece = self.piece(planned, planned.length);
         let left = |of: &PlannedMove<AXES, MOTORS>| {
@@ -162,7 +162,7 @@ where
                 least(least_left, piece.left(v2, &of.bend, *rise))
             })
         };
-        let ends = least(left(planned), behind.map_or(f32::INFINITY, left));
+        let ends = least(left(planned), after.map_or(f32::INFINITY, left));
         most(ends, STILL * planned.acceleration)
     }
 
@@ -190,9 +190,9 @@ where
     fn eased_gain(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
-        behind: Option<&PlannedMove<AXES, MOTORS>>,
+        after: Option<&PlannedMove<AXES, MOTORS>>,
     ) -> f32 {
-        let acceleration = self.eased(planned, behind);
+        let acceleration = self.eased(planned, after);
         let limits = ramp::Limits {
             acceleration,
             jerk: self.jerk,
@@ -213,39 +213,39 @@ const STILL: f32 = 1e-6;
 /// move's length. At a corner or a rest the path has no curvature; there the other end tells.
 fn middle<const AXES: usize, const MOTORS: usize>(
     planned: &PlannedMove<AXES, MOTORS>,
-    behind: Option<&PlannedMove<AXES, MOTORS>>,
+    after: Option<&PlannedMove<AXES, MOTORS>>,
 ) -> [f32; AXES] {
     let spread = |of: &PlannedMove<AXES, MOTORS>| {
         let share = least(of.reach / planned.length, 1.0);
         of.bend.map(|bend| bend * share)
     };
-    match behind.filter(|behind| !behind.has_corner()) {
-        Some(behind) if planned.has_corner() => spread(behind),
-        Some(behind) => common(&spread(planned), &spread(behind)),
+    match after.filter(|after| !after.has_corner()) {
+        Some(after) if planned.has_corner() => spread(after),
+        Some(after) => common(&spread(planned), &spread(after)),
         None => spread(planned),
     }
 }
 
 impl<K, const AXES: usize, const MOTORS: usize> Braking<AXES, MOTORS>
-    for Ground<'_, K, AXES, MOTORS>
+    for AxisLimits<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
     fn gain(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
-        behind: Option<&PlannedMove<AXES, MOTORS>>,
+        after: Option<&PlannedMove<AXES, MOTORS>>,
         v2: u32,
     ) -> u32 {
         let unit = self.limits.unit;
-        let straight = planned.is_straight() && behind.is_none_or(PlannedMove::is_straight);
+        let straight = planned.is_straight() && after.is_none_or(PlannedMove::is_straight);
         let gain = if self.jerk > 0.0 {
-            self.eased_gain(planned, behind)
+            self.eased_gain(planned, after)
         } else if straight {
             2.0 * planned.acceleration * planned.length
         } else {
             let none = [0.0; AXES];
-            let to = behind.map_or(&none, |behind| &behind.bend);
+            let to = after.map_or(&none, |after| &after.bend);
             let piece = self.piece(planned, planned.length);
             let v2 = unit.v2(v2);
             let [gain] = piece.gains([v2], to, &planned.bend, Rise::Backward);
@@ -254,25 +254,21 @@ where
         unit.units(gain * GAIN_MARGIN)
     }
 
-    fn ends(
-        &self,
-        planned: &PlannedMove<AXES, MOTORS>,
-        behind: &PlannedMove<AXES, MOTORS>,
-    ) -> Ends {
+    fn ends(&self, planned: &PlannedMove<AXES, MOTORS>, after: &PlannedMove<AXES, MOTORS>) -> Ends {
         let unit = self.limits.unit;
-        if self.jerk > 0.0 || planned.is_straight() && behind.is_straight() {
-            let gain = self.gain(planned, Some(behind), 0);
+        if self.jerk > 0.0 || planned.is_straight() && after.is_straight() {
+            let gain = self.gain(planned, Some(after), 0);
             return Ends {
                 top: 0,
                 gains: [gain; 2],
             };
         }
-        let v2 = least(planned.top_v2(), behind.top_v2());
+        let v2 = least(planned.top_v2(), after.top_v2());
         // Where it ends faster than it may begin, braking bounds nothing.
-        let top = unit.units(v2).min(behind.corner).min(planned.corner);
+        let top = unit.units(v2).min(after.corner).min(planned.corner);
         let piece = self.piece(planned, planned.length);
         let speeds = [0.0, unit.v2(top)];
-        let bends = [&behind.bend, &planned.bend];
+        let bends = [&after.bend, &planned.bend];
         let [at_rest, at_top] = piece.gains(speeds, bends[0], bends[1], Rise::Backward);
         let at_top = self.best(&piece, bends, [speeds[1], at_top], planned.corner);
         Ends {
