@@ -40,7 +40,8 @@ impl Leg {
     }
 }
 
-/// What interferes: the number of segments before it, and a feed override or, without one, a hold.
+/// An event: the number of segments before it, and a feed override (per cent); a hold where that is
+/// `None`.
 type Meddling = Vec<(usize, Option<u8>)>;
 
 fn moves(legs: &[Leg]) -> Vec<Move<2>> {

@@ -265,12 +265,12 @@ fn play(case: &Case, mut meddle: impl FnMut(&mut Segment<3>)) -> (Schedule, Edge
 /// The errors of edges, as a share of the allowed ones.
 #[derive(Clone, Copy, Default, Debug)]
 struct Worst {
-    /// Of the dominant motor. Its error does not count 10⁻⁷ of the time.
+    /// The worst error of the dominant motor. 10⁻⁷ of the time since the start does not count.
     dominant: f64,
-    /// Of the others.
+    /// The worst error of the other motors.
     others: f64,
-    /// Where the worst of the others is: the place (steps of the dominant motor), the interval of
-    /// the dominant motor there, and how late the edge is (seconds).
+    /// Where that is: the place (steps of the dominant motor), the interval of the dominant motor
+    /// there, and how late the edge is (seconds).
     place: [f64; 3],
 }
 
@@ -280,7 +280,7 @@ fn worst(case: &Case, meddle: impl FnMut(&mut Segment<3>)) -> Worst {
         assert_eq!(edges.len(), steps as usize, "{case:?}");
     }
     let mut worst = Worst::default();
-    // When the dominant motor is due at each of its steps, from the start on.
+    // The due times of the dominant motor's steps.
     let dues: Vec<f64> = (0..=edges_of(case))
         .map(|k| schedule.time(k as f64))
         .collect();

@@ -1,6 +1,6 @@
-//! The bounds of motion, for the explanation of a job, not for its execution.
+//! The bounds of motion, to explain a job, not to run it.
 //!
-//! Nothing here is stored; it is read from the queue when it is asked for.
+//! Nothing here is stored; it is read from the queue when somebody asks.
 
 use crate::moves::PlannedMove;
 use crate::space::polygon::cap;
@@ -26,7 +26,7 @@ pub struct Outline<const MOTORS: usize> {
 pub enum Ahead {
     /// The end of all that is queued, where motion must be able to rest.
     QueueEnd {
-        /// Whether no further move fits.
+        /// Whether the queue is full, so that no further move fits.
         full: bool,
     },
     /// A corner.

@@ -16,7 +16,7 @@ use std::vec::Vec;
 /// power in 2⁻²².
 type Row = ([i32; 2], Vec<(i32, u32)>);
 
-/// A pixel as the motors are to make it: from where the last one ended, and its power.
+/// A pixel that the motors should make: steps from the end of the last pixel, and its power.
 struct Due {
     delta: [i32; 2],
     power: Power,
@@ -57,7 +57,8 @@ fn moves(pixels: &[Due]) -> Vec<Move<2>> {
     moves.collect()
 }
 
-/// What interferes: the number of segments before it, and a feed override or, without one, a hold.
+/// An event: the number of segments before it, and a feed override (per cent); a hold where that is
+/// `None`.
 type Meddling = Vec<(usize, Option<u8>)>;
 
 /// Runs the pixels. Checks the motors at each border, and the power of each dominant step. Returns

@@ -1,13 +1,13 @@
-//! How the squared speed at the start of a move follows from the one at its end, and how such maps
-//! are composed (see `lookahead`).
+//! How the squared speed at the start of a move follows from the squared speed at its end, and how
+//! such maps are composed (see `lookahead`).
 
-/// The speed at which a move may end, and the speed that braking can take off before it: squared
-/// speeds in units.
+/// How fast a move may end, and by how much it can brake before that. Squared speeds in units.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Ends {
-    /// The highest squared speed at its end.
+    /// The highest squared speed at the move's end.
     pub(crate) top: u32,
-    /// The gains where it ends at rest, and at that speed.
+    /// By how much the squared speed at the start can be higher: for a move that ends at rest, and
+    /// for one that ends at `top`.
     pub(crate) gains: [u32; 2],
 }
 
@@ -15,15 +15,17 @@ pub(crate) struct Ends {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Map {
     cap: u32,
-    /// In 2⁻³⁰.
+    /// In units of 2⁻³⁰.
     share: u32,
     plus: u32,
 }
 
-/// A squared speed, and whether it would be higher if motion could go on after the last move.
+/// A squared speed at the start of a move.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(super) struct Reach {
+    /// The squared speed, in units.
     pub(super) v2: u32,
+    /// Whether it would be higher if motion could go on after the last planned move.
     pub(super) bound_by_end: bool,
 }
 
@@ -57,7 +59,7 @@ impl Map {
         plus: 0,
     };
 
-    /// The same gain at every speed.
+    /// The map of a move that brakes by `plus` at every speed.
     fn parallel(cap: u32, plus: u32) -> Self {
         Self {
             cap,
@@ -66,16 +68,16 @@ impl Map {
         }
     }
 
-    /// The line through the gains at 0 and at the squared speed `top`.
+    /// The line through the gains at rest and at the squared speed `ends.top`.
     pub(super) fn new(cap: u32, ends: Ends) -> Self {
         let (top, [at_rest, at_top]) = (ends.top, ends.gains);
         if at_rest == at_top || top == 0 {
             return Self::parallel(cap, at_rest);
         }
-        // The roundings of the products below, both ways.
+        // The most that the products in [`scaled`] may be rounded up or down, in units.
         const ROUNDED: u32 = 4;
         let slope = at_rest.abs_diff(at_top) as f32 / top as f32 * ONE as f32;
-        // The roundings of `f32` may only make the line lower, whether it rises or falls.
+        // Rounding of `f32` may only make the line lower, whether it rises or falls.
         const DOWN: f32 = 1.0 - 4.0 * f32::EPSILON;
         const UP: f32 = 1.0 + 4.0 * f32::EPSILON;
         Self {

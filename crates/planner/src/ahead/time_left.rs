@@ -1,14 +1,14 @@
 //! The time to finish the queued moves, added up a few moves at a time.
 //!
-//! The look-ahead finds how fast the next moves may begin; far ahead it finds that for blocks of
-//! moves only. Here the forward pass is made for all moves, with the ramps that they will run with.
-//! Each move is taken for one step of a profile.
+//! The look-ahead finds how fast the next moves may begin; for moves far ahead it finds only the
+//! speeds at the borders of blocks. Here the speed at the start of every move is found, and with it
+//! the ramps of the move. In this calculation the whole move is one step of a profile.
 //!
 //! With a jerk limit the ramps follow `ramp`, and the speeds at which they fit into a move are
 //! found by halving.
 //!
-//! Moves may begin and be queued while the sum is under way. Those that are over before its end
-//! still count: some milliseconds.
+//! Moves may begin and be queued while the sum is under way. The time of a move that ends meanwhile
+//! still counts: an error of some milliseconds.
 
 use crate::planner::nominal;
 use crate::real::{least, most, sqrt};
@@ -22,7 +22,7 @@ use crate::{Kinematics, Planner, Segmenter};
 pub struct TimeLeft {
     /// Number of the move that comes next, as the queue counts them.
     next: u16,
-    /// Speed at its start, mm/s.
+    /// Speed at the start of that move, mm/s.
     speed: f32,
     seconds: f32,
 }
@@ -48,10 +48,10 @@ where
         }
     }
 
-    /// Adds the times of up to 8 further moves. Returns whether more are left.
+    /// Adds the times of up to 8 further moves. Returns whether more moves are left.
     ///
-    /// Main loop. Some 1300 instructions for a move on a curve; with a jerk limit 2500, an
-    /// estimate.
+    /// Called from the main loop. Takes some 1300 instructions for a move on a curve; with a jerk
+    /// limit 2500, an estimate.
     pub fn add_time(&self, left: &mut TimeLeft) -> bool {
         let (jerk, overrides, unit) = (self.config().jerk, self.overrides(), self.unit());
         let (mut speed, mut seconds) = (left.speed, left.seconds);
@@ -102,7 +102,7 @@ struct Stretch {
 }
 
 impl Stretch {
-    /// Seconds, and the speed at the end, with ramps of constant acceleration.
+    /// Duration (s) and speed at the end (mm/s), with ramps of constant acceleration.
     fn sharp(&self) -> (f32, f32) {
         let per_mm = 1.0 / self.length;
         let profile = Trapezoid::new(&Plan {
@@ -117,7 +117,7 @@ impl Stretch {
         (profile.time(1), sqrt(profile.exit_v2()) * self.length)
     }
 
-    /// The same with ramps of limited `jerk`, mm/s³.
+    /// Duration (s) and speed at the end (mm/s), with ramps of limited `jerk`, mm/s³.
     #[inline(never)] // in firmware it is not worth a copy for each machine
     fn eased(&self, jerk: f32) -> (f32, f32) {
         let limits = Limits {
@@ -133,12 +133,12 @@ impl Stretch {
         (ramps + most(self.length - both(peak), 0.0) / peak, v1)
     }
 
-    /// The speed nearest to `wanted` for which the `way` of the ramps is no longer than the move,
-    /// as it is for `from`.
+    /// The speed nearest to `wanted` at which the ramps fit into the move. `way` answers the length
+    /// of the ramps for a speed; at `from` they fit.
     #[inline(never)]
     fn reached(&self, from: f32, wanted: f32, way: &dyn Fn(f32) -> f32) -> f32 {
-        /// To a 65 000th of the speeds in question: a slow move after a fast one is still timed to
-        /// some thousandths.
+        /// Enough for a 65 000th of the difference of the speeds: a slow move after a fast one is
+        /// still timed to some thousandths.
         const HALVINGS: u32 = 16;
         if way(wanted) <= self.length {
             return wanted;

@@ -10,9 +10,9 @@
 //!
 //! Each call hands out a segment of at most `Config::longest_segment`; a step event that takes
 //! longer is handed out in spans. Before each segment the planner is asked again how fast the
-//! running move may end (the queue may have grown) and whether speeds have changed (overrides).
-//! Where something has, the profile is made anew from the place and the speed reached. So every
-//! change takes effect behind what was handed out.
+//! running move may end (the queue may have grown) and whether nominal speeds have changed
+//! (overrides). If an answer has changed, the profile is made anew from the place and the speed
+//! reached. So every change takes effect after the segments handed out.
 
 use crate::emit::fit::Carry;
 use crate::emit::running::{Aim, Goal, Running, Timing};
@@ -26,7 +26,7 @@ use leadscrew_stepper::Segment;
 pub struct Segmenter<const AXES: usize, const MOTORS: usize> {
     running: Option<Running<MOTORS>>,
     mode: Mode,
-    /// Squared speed at the end of the last move, mm²/s²: the next one begins with it.
+    /// Squared speed at the end of the last move, mm²/s²: the next move begins with it.
     exit_v2: f32,
     carry: Carry,
 }
@@ -61,8 +61,8 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
 
     /// Hands out the next segment: at most `Config::longest_segment` of motion.
     ///
-    /// Takes the next move from `planner` where one ends. `None` where nothing is queued, or a hold
-    /// has reached rest.
+    /// Where a move ends, takes the next one from `planner`. `None` where no move is queued, or a
+    /// hold has reached rest.
     pub fn next<K>(&mut self, planner: &mut Planner<'_, K, AXES, MOTORS>) -> Option<Segment<MOTORS>>
     where
         K: Kinematics<AXES, MOTORS>,
@@ -74,7 +74,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         if self.running.is_none() {
             self.running = Running::new(planner.start_next()?, self.exit_v2);
         }
-        // In place: moving it out and back in would cost a copy for each segment.
+        // A reference: to move it out and back in would cost a copy for each segment.
         let running = self.running.as_mut()?;
         running.begin_pixel(|| planner.take_pixel());
         let timing = Timing::new(planner.config());
@@ -94,7 +94,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
     /// Begins a feed hold: from the end of the segments handed out, the shortest stop on the path
     /// that acceleration allows.
     ///
-    /// The stop ends on a whole step; where the running move is too short, in a later move.
+    /// The stop ends on a whole step. Where the running move is too short, it ends in a later move.
     /// [`Segmenter::is_held`] tells when it has ended.
     pub fn hold(&mut self) {
         if self.mode == Mode::Going {
@@ -107,7 +107,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         }
     }
 
-    /// Goes on after a feed hold, or breaks one off that has not reached rest.
+    /// Goes on after a feed hold. A hold that has not reached rest yet is broken off.
     pub fn resume(&mut self) {
         self.mode = Mode::Going;
         self.plan_anew();
@@ -123,14 +123,14 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         self.running.is_none()
     }
 
-    /// Forgets the running move and any hold: after a reset or a jog cancel, at rest, together with
-    /// [`Planner::clear`].
+    /// Forgets the running move and any hold. Called at rest, after a reset or a jog cancel,
+    /// together with [`Planner::clear`].
     pub fn abandon(&mut self) {
         *self = Self::new();
     }
 
-    /// Has the stepper begin the rest of the running line anew, because another line came between
-    /// (parking). While held.
+    /// Makes the stepper begin the rest of the running line anew, because another line came between
+    /// (parking). Called while held.
     pub fn renew_line(&mut self) {
         if let Some(running) = &mut self.running {
             running.renew_line();
@@ -393,7 +393,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(200))]
 
-        /// Look-ahead is infinite as long as the queue holds the whole job. To 0.1 %.
+        /// The exact model looks ahead without limit; so does the planner as long as the queue
+        /// holds the whole job. The times agree to 0.1 %.
         #[test]
         fn a_job_takes_the_time_of_the_exact_model(legs in legs(), rate in 5.0f32..200.0, acceleration in 10.0f32..5000.0, feed in 1.0f32..300.0) {
             let config = config(rate, acceleration);

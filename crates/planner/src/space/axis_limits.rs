@@ -1,4 +1,5 @@
-//! The limits that the axes leave to a planned move, for the look-ahead and for the move that runs.
+//! The acceleration that the axes allow along a planned move, for the look-ahead and for the
+//! running move.
 
 use crate::ahead::lookahead::{Braking, Ends};
 use crate::config::{Limits, Scales};
@@ -8,29 +9,30 @@ use crate::space::polygon::{cap, common, Piece, Rise};
 use crate::speed::ramp;
 use crate::Kinematics;
 
-/// The share of what can be braked that the look-ahead counts on. The rest is room for the rounding
-/// of ramps in `f32` (a few 2⁻²⁴), so that no ramp is steeper than allowed.
+/// The share of the possible braking that the look-ahead counts on. The rest is room for the
+/// rounding of ramps in `f32` (a few 2⁻²⁴), so that no ramp is steeper than allowed.
 const GAIN_MARGIN: f32 = 1.0 - 1.0 / (1 << 20) as f32;
 
-/// With a jerk limit a ramp has one acceleration: what the highest speed leaves. At that speed a
-/// curve may take this share of the acceleration. The share is best for a circle from rest to rest
-/// (8.5·√(R/a), against 8.8 at 0.9 and 8.7 at 0.7).
+/// With a jerk limit a ramp has one acceleration: the one that is left at the highest speed. At
+/// that speed a curve may take this share of the acceleration. The share is best for a circle from
+/// rest to rest (it takes 8.5·√(R/a); with 0.9 it takes 8.8·√(R/a), with 0.7 8.7·√(R/a)).
 const EASED: f32 = 0.8;
 
-/// What bounds the acceleration along moves.
+/// The limits of the machine that bound the acceleration along moves.
 pub(crate) struct AxisLimits<'m, K, const AXES: usize, const MOTORS: usize> {
     pub(crate) limits: &'m Limits<AXES>,
     pub(crate) scales: &'m Scales<MOTORS>,
     pub(crate) kinematics: &'m K,
-    /// mm/s³; 0: none.
+    /// Limit of the jerk along the path, mm/s³; 0 for none.
     pub(crate) jerk: f32,
 }
 
-/// How the running move goes on: squared speeds in mm²/s², accelerations along the path in mm/s².
+/// The limits for the rest of the running move: squared speeds in mm²/s², accelerations along the
+/// path in mm/s².
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Course {
     pub(crate) exit_v2: f32,
-    /// The highest squared speed between its ends.
+    /// The highest squared speed between the move's ends.
     pub(crate) top_v2: f32,
     pub(crate) up: f32,
     pub(crate) down: f32,
@@ -38,8 +40,8 @@ pub(crate) struct Course {
     pub(crate) stop: f32,
 }
 
-/// Where the running move is: its squared speed in mm²/s², the length that is left in mm, and
-/// whether that is all of it.
+/// The state of the running move: its squared speed in mm²/s², its remaining length in mm, and
+/// whether it has not begun yet.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Whereabouts {
     pub(crate) v2: f32,
@@ -74,8 +76,8 @@ where
         Piece { tangent, length }
     }
 
-    /// How the running move goes on. The move after it is `after`, and its end may be passed at
-    /// `exit_v2` at most.
+    /// The limits for the rest of the running move. `after` is the move after it; the end may be
+    /// passed at the squared speed `exit_v2` at most.
     pub(crate) fn course(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
@@ -108,7 +110,7 @@ where
         let mut exit_v2 = least(exit_v2, reached);
         let mut needed = gain(exit_v2, &to, &from, Rise::Backward);
         if at.v2 > exit_v2 + needed {
-            // The piece can brake as hard as this only where it ends slower.
+            // The piece can brake as hard as the plan needs only where it ends slower.
             exit_v2 = least(exit_v2, piece.peak(&to, &from, Rise::Backward).at);
             needed = gain(exit_v2, &to, &from, Rise::Backward);
         }
@@ -131,7 +133,7 @@ where
         }
     }
 
-    /// The same with a jerk limit: one acceleration for all.
+    /// The limits under a jerk limit: one acceleration for speeding up, braking and stopping.
     fn eased_course(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
@@ -148,7 +150,7 @@ where
         }
     }
 
-    /// The acceleration that the highest speeds leave, mm/s².
+    /// The acceleration that is left at the highest speeds of both ends, mm/s².
     fn eased(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
@@ -167,8 +169,8 @@ where
     }
 
     /// By how much a piece may begin faster than the squared speed `v2`, at which it ends at most.
-    /// The curvatures are those at its end and at its start. That is `gain`, unless the piece may
-    /// begin still faster where it ends slower. A start with `enough` units is enough.
+    /// That is `gain`, unless the piece may begin still faster if it ends slower. No more is looked
+    /// for than a start with `enough` units. The curvatures are those at its end and at its start.
     #[inline(never)] // twice it takes 0.1 KB more of a firmware that is nearly full
     fn best(
         &self,
@@ -205,12 +207,13 @@ where
     }
 }
 
-/// The share of the acceleration along a move that a ramp keeps where nothing is left, so that
-/// divisions stay defined.
+/// The least acceleration of a ramp, as a share of the acceleration along the move, so that no
+/// division is by 0.
 const STILL: f32 = 1e-6;
 
-/// The curvature between the ends of a move: the common part of both turns, each spread over the
-/// move's length. At a corner or a rest the path has no curvature; there the other end tells.
+/// The curvature between the ends of a move: the common part of the curvatures at both ends, each
+/// spread over the move's length. At a corner or a rest the path has no curvature; then only the
+/// other end counts.
 fn middle<const AXES: usize, const MOTORS: usize>(
     planned: &PlannedMove<AXES, MOTORS>,
     after: Option<&PlannedMove<AXES, MOTORS>>,
@@ -264,7 +267,7 @@ where
             };
         }
         let v2 = least(planned.top_v2(), after.top_v2());
-        // Where it ends faster than it may begin, braking bounds nothing.
+        // Where a move ends faster than it may begin, braking bounds nothing.
         let top = unit.units(v2).min(after.corner).min(planned.corner);
         let piece = self.piece(planned, planned.length);
         let speeds = [0.0, unit.v2(top)];

@@ -33,7 +33,7 @@ pub struct SCurve {
     limits: Limits,
 }
 
-/// A rough cube root may be too small by less than this factor.
+/// The rough cube root is too small by less than this factor.
 const ROOT_MARGIN: f32 = 1.1;
 
 /// Halvings of a range of speeds: one less than an `f32` has bits.
