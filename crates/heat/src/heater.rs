@@ -70,7 +70,7 @@ pub struct HeaterConfig {
     pub limits: Limits,
 }
 
-/// The temperature at the begin of a watch, and when the watch began.
+/// The temperature at the start of a watch, and when the watch began.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Watch {
     since: Instant,

@@ -217,7 +217,7 @@ fn code(text: &str) -> (usize, &str) {
     (start, &text[start..start + word_length(&text[start..])])
 }
 
-/// The length of the letter and number at the begin of a text; 0 if it begins with something else.
+/// The length of the letter and number at the start of a text; 0 if it begins with something else.
 fn word_length(text: &str) -> usize {
     let mut bytes = text.bytes();
     if !bytes.next().is_some_and(|byte| byte.is_ascii_alphabetic()) {

@@ -41,7 +41,7 @@ pub struct Counts {
     pub(crate) ticks: u64,
     /// Steps of the dominant motors, in [`PARTS`].
     pub(crate) dominant_parts: u64,
-    /// The longest time from the instant at which a tick was due to the begin of its interrupt, in
+    /// The longest time from the instant at which a tick was due to the start of its interrupt, in
     /// cycles.
     pub longest_delay: u64,
     /// How often synchronised outputs have changed.
