@@ -84,7 +84,7 @@ pub struct SimBoard<O, const MOTORS: usize> {
     /// Parts of a dominant step in each tick of the segment under way; `None` where no tick is due.
     pub(crate) parts_per_tick: Option<u64>,
     costs: Costs,
-    /// Begin of the tick or poll under way.
+    /// The start of the tick or poll under way.
     now: Cycle,
     /// When the interrupt under way writes the power.
     power_written: Cycle,

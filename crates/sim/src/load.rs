@@ -1,4 +1,5 @@
-//! Who has the CPU: the step interrupt, other interrupts, or the main loop; and how busy it is.
+//! The user of the CPU at each time (the step interrupt, other interrupts, or the main loop), and
+//! the CPU's load.
 //!
 //! ```text
 //!  ticks              ====           ====            highest priority

@@ -12,10 +12,10 @@
 //! a segment taken, motion at rest, its own deadline, or because it said that it is busy. Turns
 //! that would find nothing to do are left out.
 //!
-//! The effects of a poll are seen at its start, and its time passes after it. The next poll begins
-//! when that time is over, later by all interrupts in between. A poll is short (one line, a few
-//! segments), so that its effects come at most some tens of microseconds too early; the queue holds
-//! two milliseconds of segments.
+//! The effects of a poll take place at its start, and its time passes after that. The next poll
+//! begins when that time is over, delayed by all interrupts in between. A poll is short (one line,
+//! a few segments), so its effects come at most some tens of microseconds too early; the queue
+//! holds two milliseconds of segments.
 
 mod lines;
 mod rules;
