@@ -12,9 +12,9 @@ pub const DEFAULT_TIMER_HZ: u32 = 84_000_000;
 /// The slowest speed of a move: Grbl's minimum feed of 1 mm/min, in mm/s.
 pub(crate) const SLOWEST: f32 = 1.0 / 60.0;
 
-/// The most pixels of a row in a second, by their mean length. Each pixel is a segment. At this
-/// rate an emulated F407 still takes in 10 000 lines a second. A row with more pixels a second is
-/// slowed down, so that segments do not run out.
+/// The most pixels of a row in a second, by their mean length. Each pixel is a segment, which the
+/// main loop has to make while it takes in lines. A row with more pixels a second is slowed down,
+/// so that segments do not run out (measured: `docs/benchmarks.md`, Lasers).
 pub(crate) const PIXELS_A_SECOND: f32 = 12_500.0;
 
 /// The bound of the speed where the direction changes.
