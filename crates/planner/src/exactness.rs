@@ -194,7 +194,7 @@ fn times(profile: &Profile) -> Times {
 /// The profiles that a move ran on, one after the other.
 #[derive(Default)]
 struct Schedule {
-    /// The place where each one begins, steps, when that was, and its times from there.
+    /// For each profile: the place where it begins, steps; the time there, s; the profile's times.
     profiles: Vec<(f64, f64, Times)>,
 }
 

@@ -21,7 +21,7 @@ const SLOTS: usize = 4;
 /// Cycles in a slot.
 const SLOT: u64 = CPU_HZ / 1000 / SLOTS as u64;
 
-/// Tracks what the CPU works on, and when it is free.
+/// Tracks the work of the CPU, and when it is free.
 #[derive(Clone, Debug)]
 pub struct Cpu {
     /// The end of the tick under way.
