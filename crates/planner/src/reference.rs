@@ -1,8 +1,8 @@
 //! Slow and obvious models that the tests compare with, in `f64`.
 
 use crate::{
-    Cartesian, Config, Coordinate, Feed, Move, MoveKind, MovePower, PixelQueue, Planner, Queue,
-    Segmenter, Trapezoid,
+    Cartesian, Config, Coordinate, Feed, Move, MoveKind, MovePower, Overrides, PixelQueue, Planner,
+    Queue, Segmenter, Trapezoid,
 };
 use leadscrew_stepper::{OutputChange, Progress, Segment, Stepper, Tick};
 use std::boxed::Box;
@@ -143,6 +143,10 @@ impl RigQueue {
     }
 }
 
+/// An interruption of motion: the number of segments before it, and a feed override (per cent); a
+/// hold where that is `None`.
+pub(crate) type Interruption = (usize, Option<u8>);
+
 /// A machine of two axes, whose queue is kept as full as possible.
 pub(crate) struct Rig<'q> {
     pub(crate) planner: Planner<'q, Cartesian, 2, 2>,
@@ -164,6 +168,19 @@ impl<'q> Rig<'q> {
         let segment = self.segmenter.next(&mut self.planner)?;
         self.player.play(&segment);
         Some(segment)
+    }
+
+    /// Carries out the interruptions that come after `segments` segments.
+    pub(crate) fn interrupt(&mut self, interruptions: &[Interruption], segments: usize) {
+        for (_, feed) in interruptions.iter().filter(|(after, _)| *after == segments) {
+            match feed {
+                None => self.segmenter.hold(),
+                Some(feed) => self.planner.set_overrides(Overrides {
+                    feed: *feed,
+                    rapid: 100,
+                }),
+            }
+        }
     }
 
     /// Runs all of `moves` and returns the seconds that took.
@@ -194,6 +211,15 @@ pub(crate) fn to(x: f64, y: f64, feed: f32) -> Move<2> {
         line_number: None,
         kind: MoveKind::Feed,
     }
+}
+
+/// A polyline in steps of 0.004 mm as moves at `feed` mm/s.
+pub(crate) fn polyline(points: &[[i32; 2]], feed: f32) -> Vec<Move<2>> {
+    let mm = |steps| f64::from(steps) * 0.004;
+    points
+        .iter()
+        .map(|[x, y]| to(mm(*x), mm(*y), feed))
+        .collect()
 }
 
 /// A leg of a polyline: length (mm), acceleration (mm/s²), speed (mm/s), and the squared speed at

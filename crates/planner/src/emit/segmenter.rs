@@ -231,8 +231,8 @@ where
 
 #[cfg(test)]
 mod tests {
-    use crate::reference::{corners, job_time, to, Rig, RigQueue};
-    use crate::{Config, CornerRule, Move, MoveKind, MovePower, Overrides, Profile};
+    use crate::reference::{corners, job_time, polyline, to, Rig, RigQueue};
+    use crate::{Config, CornerRule, Move, MoveKind, MovePower, Overrides, Profile, Trapezoid};
     use leadscrew_stepper::Power;
     use proptest::prelude::*;
     use std::vec::Vec;
@@ -244,15 +244,6 @@ mod tests {
             corner_rule: CornerRule::Grbl,
             ..Config::default()
         }
-    }
-
-    /// A polyline in steps of 4 µm as moves at `feed` mm/s.
-    fn moves(points: &[[i32; 2]], feed: f32) -> Vec<Move<2>> {
-        let mm = |steps| f64::from(steps) * 0.004;
-        points
-            .iter()
-            .map(|[x, y]| to(mm(*x), mm(*y), feed))
-            .collect()
     }
 
     /// Sums differences into points, from the origin.
@@ -280,7 +271,7 @@ mod tests {
     fn a_square_takes_the_time_that_the_textbook_says() {
         let points = path(&[[5000, 0], [0, 5000], [-5000, 0], [0, -5000]]);
         let config = config(50.0, 500.0);
-        let seconds = Rig::new(config, &mut RigQueue::new()).run(&moves(&points, 40.0));
+        let seconds = Rig::new(config, &mut RigQueue::new()).run(&polyline(&points, 40.0));
         let ideal = job_time(&config, &points, f64::from(40.0f32));
         assert!((seconds / ideal - 1.0).abs() < 1e-5, "{seconds} {ideal}");
     }
@@ -390,6 +381,29 @@ mod tests {
         assert!((seconds / 3000.0 - 1.0).abs() < 1e-3, "{seconds}");
     }
 
+    /// Checks rates and accelerations of a profile. `share`: mm of each axis in a step of the
+    /// dominant motor.
+    fn check_profile(
+        profile: &Trapezoid,
+        share: [f64; 2],
+        limits: &Config<2>,
+    ) -> Result<(), TestCaseError> {
+        for (axis, share) in share.iter().enumerate() {
+            let rate = f64::from(profile.cruise()) * share / f64::from(limits.max_rate[axis]);
+            prop_assert!(rate <= 1.000_001, "rate {}", rate);
+            // A ramp may make up for the rounding of the squared speed that it begins with.
+            let start = profile.start();
+            let length = f64::from(profile.end() - start.step) - f64::from(start.part);
+            for a in profile.accelerations() {
+                let a = f64::from(a.abs());
+                let rounding = 2e-6 * f64::from(profile.entry_v2()) / (2.0 * a * length);
+                let ratio = a * share / f64::from(limits.acceleration[axis]);
+                prop_assert!(ratio <= 1.000_001 + rounding, "acceleration {}", ratio);
+            }
+        }
+        Ok(())
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(200))]
 
@@ -399,7 +413,7 @@ mod tests {
         fn a_job_takes_the_time_of_the_exact_model(legs in legs(), rate in 5.0f32..200.0, acceleration in 10.0f32..5000.0, feed in 1.0f32..300.0) {
             let config = config(rate, acceleration);
             let points = path(&legs);
-            let seconds = Rig::new(config, &mut RigQueue::new()).run(&moves(&points, feed));
+            let seconds = Rig::new(config, &mut RigQueue::new()).run(&polyline(&points, feed));
             let ideal = job_time(&config, &points, f64::from(feed));
             prop_assert!((seconds - ideal).abs() <= 1e-3 * ideal, "{} {}", seconds, ideal);
         }
@@ -419,7 +433,7 @@ mod tests {
             let points = path(&legs);
             let corners = corners(&limits, &points);
             let (mut moves_begun, mut share) = (0, [0.0; 2]);
-            for point in moves(&points, feed) {
+            for point in polyline(&points, feed) {
                 rig.planner.push(&point).unwrap();
             }
             let mut events = events.into_iter();
@@ -434,20 +448,7 @@ mod tests {
                     share = line.steps().map(|n| 0.004 * f64::from(n) / f64::from(line.step_events().get()));
                 }
                 if let Some((Profile::Trapezoid(profile), _)) = rig.segmenter.profile() {
-                    for (axis, share) in share.iter().enumerate() {
-                        let rate = f64::from(profile.cruise()) * share / f64::from(limits.max_rate[axis]);
-                        prop_assert!(rate <= 1.000_001, "rate {}", rate);
-                        // A ramp may make up for the rounding of the squared speed that it begins
-                        // with.
-                        let start = profile.start();
-                        let length = f64::from(profile.end() - start.step) - f64::from(start.part);
-                        for a in profile.accelerations() {
-                            let a = f64::from(a.abs());
-                            let rounding = 2e-6 * f64::from(profile.entry_v2()) / (2.0 * a * length);
-                            let ratio = a * share / f64::from(limits.acceleration[axis]);
-                            prop_assert!(ratio <= 1.000_001 + rounding, "acceleration {}", ratio);
-                        }
-                    }
+                    check_profile(profile, share, &limits)?;
                 } else if let Some(corner) = corners.get(moves_begun) {
                     let v2 = f64::from(rig.segmenter.speed()).powi(2);
                     // Near a reversal the sum of two f32 unit vectors is uncertain by that much.
@@ -481,7 +482,7 @@ mod tests {
         fn parking_between_hold_and_resume_loses_no_step(x in 1000i32..9000, y in -9000i32..9000, pause in 1usize..60) {
             let mut queue = RigQueue::new();
             let mut rig = Rig::new(config(80.0, 500.0), &mut queue);
-            rig.planner.push(&moves(&[[x, y]], 60.0)[0]).unwrap();
+            rig.planner.push(&polyline(&[[x, y]], 60.0)[0]).unwrap();
             for _ in 0..pause { rig.step(); }
             rig.segmenter.hold();
             while rig.step().is_some() {}

@@ -93,6 +93,9 @@ where
 {
     /// Puts a machine on a board, at power-up. Its main loop runs for the first time in
     /// [`Simulation::run_until`].
+    ///
+    /// # Panics
+    /// Where nothing can be planned with `setup.machine` (see [`Machine::new`]).
     pub fn new(
         memory: &'a mut Memory<AXES, MOTORS, MOVES>,
         setup: &Setup<AXES>,
@@ -111,6 +114,9 @@ where
     X: Extension<AXES>,
 {
     /// As [`Simulation::new`], with an extension of the machine.
+    ///
+    /// # Panics
+    /// As [`Simulation::new`].
     pub fn extended(
         memory: &'a mut Memory<AXES, MOTORS, MOVES>,
         setup: &Setup<AXES>,
