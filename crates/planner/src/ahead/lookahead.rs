@@ -98,7 +98,7 @@ impl Block {
     };
 }
 
-/// How hard moves can brake.
+/// By how much moves can brake.
 pub(crate) trait Braking<const AXES: usize, const MOTORS: usize> {
     /// By how much the squared speed (units) can fall over a move that ends at the squared speed
     /// `v2`. `after` is the move after it, if there is one.

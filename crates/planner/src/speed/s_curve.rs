@@ -313,7 +313,8 @@ impl Entry {
     }
 }
 
-/// The last speed from `good` towards `bad` that `fits`, where `good` does and `bad` does not.
+/// By halving: the speed nearest to `bad` that `fits`. The caller warrants that `good` fits and
+/// `bad` does not.
 fn furthest(mut good: f32, mut bad: f32, fits: impl Fn(f32) -> bool) -> f32 {
     for _ in 0..HALVINGS {
         let middle = 0.5 * (good + bad);
