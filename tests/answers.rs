@@ -20,7 +20,7 @@ const WINDOW: usize = 1000;
 const SETTINGS: &str = "$0=5\n$110=6000\n$111=6000\n$112=500\n$120=500\n$121=500\n$122=500\n";
 const BRAKING: f64 = 0.2;
 
-/// What the sender sees after some milliseconds.
+/// The bytes that the sender receives within some milliseconds.
 struct Sight {
     /// Lines answered.
     answered: usize,

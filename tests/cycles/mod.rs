@@ -16,7 +16,7 @@ const LATE: f64 = 0.02;
 /// these moves. Here, as in Grbl, a line is carried out wholly or not at all.
 const BEGUN: [(usize, usize); 2] = [(0, 1), (80, 1)];
 
-/// A program, and what LinuxCNC makes of it.
+/// A program, and the motions that LinuxCNC makes of it.
 struct Recorded {
     program: Vec<String>,
     events: Vec<Event>,

@@ -40,9 +40,9 @@ pub(super) fn write(
 /// steps are rounded and the machine also moves on its own.
 #[derive(PartialEq, Debug)]
 struct Fitted {
-    /// The length of each move, mm; 0 for the begin of the path.
+    /// The length of each move, mm; 0 for the start of the path.
     lengths: Vec<f32>,
-    /// For each stretch: time in s, length in mm, and speed at its begin in mm/s.
+    /// For each stretch: time in s, length in mm, and speed at its start in mm/s.
     course: Vec<f32>,
 }
 

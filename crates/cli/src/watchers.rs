@@ -174,7 +174,7 @@ pub(super) struct Sketch {
     tooling: Tooling,
     /// The recorder of the speed; `None` where it is not needed.
     pub(super) speed: Option<Recorder>,
-    /// One entry for each move of the path, except its begin.
+    /// One entry for each move of the path, except its start.
     pub(super) ways: Vec<Way>,
 }
 

@@ -193,18 +193,7 @@ impl Machine {
                 }
                 self.update_pins(index, now, cause);
             }
-            Device::Syscfg if offset == MEMRMP => {
-                devices.exti.write_syscfg(offset, value);
-                self.memory.low = match value & 3 {
-                    0 => Low::Flash,
-                    3 => Low::Sram1,
-                    _ => {
-                        self.warnings.add(Warning::NotModelled { address });
-                        Low::Flash
-                    }
-                };
-            }
-            Device::Syscfg => devices.exti.write_syscfg(offset, value),
+            Device::Syscfg => self.syscfg_write(address, value),
             Device::Exti => {
                 devices.exti.write(offset, value);
                 if !devices.exti.is_modelled() {
@@ -212,16 +201,7 @@ impl Machine {
                 }
                 self.exti_changed();
             }
-            Device::Adc => {
-                let clock = adc::Clock {
-                    now,
-                    apb2: self.clocks.apb2.into(),
-                    hclk: self.clocks.hclk.into(),
-                };
-                if devices.adc.write(offset, value, clock) {
-                    self.warnings.add(Warning::NotModelled { address });
-                }
-            }
+            Device::Adc => self.adc_write(address, value, now),
             Device::Crc => {
                 self.cycle = devices.crc.wait(offset, self.cycle);
                 devices.crc.write(offset, value, self.cycle);
@@ -236,24 +216,54 @@ impl Machine {
                 }
                 self.reschedule();
             }
-            Device::Usb => {
-                devices.usb.write(address - USB, value);
-                if devices.usb.take_misuse() {
-                    self.warnings.add(Warning::UsbFifo);
-                }
-                if !usb::is_modelled(address - USB, value) {
-                    self.warnings.add(Warning::NotModelled { address });
-                }
-                if address - USB == GCCFG {
-                    self.check_usb_clock();
-                }
-                self.usb_changed();
-            }
+            Device::Usb => self.usb_write(address, value),
             Device::Other => {
                 self.warnings.add(Warning::NotModelled { address });
                 self.devices.others.insert(address, value);
             }
         }
+    }
+
+    fn syscfg_write(&mut self, address: u32, value: u32) {
+        let offset = address & 0x3FF;
+        self.devices.exti.write_syscfg(offset, value);
+        if offset != MEMRMP {
+            return;
+        }
+        self.memory.low = match value & 3 {
+            0 => Low::Flash,
+            3 => Low::Sram1,
+            _ => {
+                self.warnings.add(Warning::NotModelled { address });
+                Low::Flash
+            }
+        };
+    }
+
+    fn adc_write(&mut self, address: u32, value: u32, now: u64) {
+        let clock = adc::Clock {
+            now,
+            apb2: self.clocks.apb2.into(),
+            hclk: self.clocks.hclk.into(),
+        };
+        if self.devices.adc.write(address & 0x3FF, value, clock) {
+            self.warnings.add(Warning::NotModelled { address });
+        }
+    }
+
+    fn usb_write(&mut self, address: u32, value: u32) {
+        let usb = &mut self.devices.usb;
+        usb.write(address - USB, value);
+        if usb.take_misuse() {
+            self.warnings.add(Warning::UsbFifo);
+        }
+        if !usb::is_modelled(address - USB, value) {
+            self.warnings.add(Warning::NotModelled { address });
+        }
+        if address - USB == GCCFG {
+            self.check_usb_clock();
+        }
+        self.usb_changed();
     }
 
     /// Warns if USB is on with a clock that is not within 0.25 % of 48 MHz.

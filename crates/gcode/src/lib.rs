@@ -17,7 +17,7 @@
 //! ```
 //!
 //! A gap may stand anywhere, even inside a number, and means nothing: `G0 X1 0` is `G0X10`. A blank
-//! is every byte up to 0x20 but CR and LF. Comments do not nest: inside `( )` a `;` is text, behind
+//! is every byte up to 0x20 but CR and LF. Comments do not nest: inside `( )` a `;` is text, after
 //! `;` a `(` is. A `(` left open lasts to the end of the line. There are no exponents: `X1E2` is
 //! the words `X1` and `E2`. A number beyond the range of [`Number`] is read as the end of that
 //! range, [`Number::MAX`] or its negative. Whether a letter takes it is the caller's to decide.

@@ -82,7 +82,7 @@ pub(crate) fn block_delete(line: &[u8]) -> (&[u8], bool) {
     }
 }
 
-/// Reads a word and the gap behind it: a letter and its number, gaps between them allowed.
+/// Reads a word and the gap after it: a letter and its number, gaps between them allowed.
 #[inline]
 pub(crate) fn word(input: &[u8]) -> Parsed<'_, (Letter, Number)> {
     let (rest, letter) = letter(input)?;
@@ -116,7 +116,7 @@ fn letter(input: &[u8]) -> Parsed<'_, Letter> {
 }
 
 /// Reads a number as nearly all are: a minus or none, one to nine digits with at most one point
-/// among them, and behind it the end of the line or a byte that may be the letter of the next word.
+/// among them, and after it the end of the line or a byte that may be the letter of the next word.
 /// `None` for all others, which [`number`] reads.
 #[inline]
 fn plain_number(input: &[u8]) -> Option<(&[u8], Number)> {
@@ -163,10 +163,10 @@ const UNITS: [i32; 10] = [
     1,
 ];
 
-/// Reads any number and the gap behind it: a sign or none, digits with at most one point and gaps
+/// Reads any number and the gap after it: a sign or none, digits with at most one point and gaps
 /// among them.
 ///
-/// Nine digits behind the point count, the others are dropped: the value is cut toward zero. A
+/// Nine digits after the point count, the others are dropped: the value is cut toward zero. A
 /// number beyond the range of [`Number`] is read as the end of the range.
 #[cold]
 pub(crate) fn number(input: &[u8]) -> Parsed<'_, Number> {
@@ -192,7 +192,7 @@ pub(crate) fn number(input: &[u8]) -> Parsed<'_, Number> {
     ))
 }
 
-/// Reads a sign and the gap behind it; answers whether it was a minus.
+/// Reads a sign and the gap after it; answers whether it was a minus.
 fn sign(input: &[u8]) -> (&[u8], bool) {
     match input {
         [b'-', rest @ ..] => (skip_gap(rest), true),
@@ -212,7 +212,7 @@ fn no_digits(input: &[u8], rest: &[u8]) -> nom::Err<Fault> {
     Fault::at(input, kind)
 }
 
-/// Hands all digits to `push`, from left to right, and skips the gaps between and behind them;
+/// Hands all digits to `push`, from left to right, and skips the gaps between and after them;
 /// answers how many digits.
 fn digits(mut input: &[u8], mut push: impl FnMut(u32)) -> (&[u8], usize) {
     let mut count = 0;

@@ -23,7 +23,7 @@ impl Word {
         self.letter
     }
 
-    /// Answers the number behind the letter.
+    /// Answers the number after the letter.
     #[inline]
     pub const fn value(&self) -> Number {
         self.value
@@ -66,8 +66,8 @@ pub fn words(line: &[u8]) -> Words<'_> {
     }
 }
 
-/// Reads the number that a text begins with, as behind the `$` and the `=` of a setting; answers
-/// the text behind it, too.
+/// Reads the number that a text begins with, as after the `$` and the `=` of a setting; answers
+/// the text after it, too.
 ///
 /// # Errors
 ///

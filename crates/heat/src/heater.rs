@@ -13,15 +13,15 @@ use leadscrew_machine::board::{Duration, Instant};
 /// The limits of a heater's temperature, °C, and of the time in which it has to react.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Limits {
-    /// The highest target.
+    /// The highest target, °C.
     pub most: f32,
-    /// The temperature below which nothing is extruded.
+    /// The temperature below which nothing is extruded, °C.
     pub extrusion: f32,
-    /// A lower reading means that the sensor's wire is broken (or shorted, if the sensor is an
-    /// amplifier).
+    /// A reading below this, °C, means that the sensor's wire is broken (or shorted, if the sensor
+    /// is an amplifier).
     pub coldest: f32,
-    /// A higher reading means that the sensor is shorted (or its wire is broken, if it is an
-    /// amplifier).
+    /// A reading above this, °C, means that the sensor is shorted (or its wire is broken, if it is
+    /// an amplifier).
     pub hottest: f32,
     /// The time in which the temperature has to react, seconds. If it has not risen by
     /// [`Limits::answer`] with the heater on, the sensor is frozen. If it has risen by more than
@@ -70,7 +70,7 @@ pub struct HeaterConfig {
     pub limits: Limits,
 }
 
-/// The temperature at the begin of a watch, and when the watch began.
+/// The temperature at the start of a watch, and when the watch began.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Watch {
     since: Instant,

@@ -61,7 +61,7 @@ const MOTION: [&str; 4] = ["G0", "G1", "G2", "G3"];
 /// The mistake in a line, and its column, from 1.
 type Wrong = (usize, String);
 
-/// What happens to a command.
+/// The treatment of a command.
 enum Fate {
     /// It stays, and may have words of these letters.
     Stays(&'static [Letter]),
@@ -235,7 +235,8 @@ fn code(text: &str) -> (usize, &str) {
     (start, &text[start..start + word_length(&text[start..])])
 }
 
-/// The length of the letter and number at the begin of a text; 0 if it begins with something else.
+/// The length of the letter and number at the beginning of a text; 0 if it begins with something
+/// else.
 fn word_length(text: &str) -> usize {
     let mut bytes = text.bytes();
     if !bytes.next().is_some_and(|byte| byte.is_ascii_alphabetic()) {
@@ -260,7 +261,7 @@ fn thousandth(number: Number) -> Option<Number> {
     (nanos % 1000 == 0).then(|| Number::from_nanos(nanos / 1000))
 }
 
-/// What happens to a command; `None` if Grbl has nothing like it.
+/// The treatment of a command; `None` if Grbl has nothing like it.
 fn fate(code: &str) -> Option<Fate> {
     use Letter::{E, F, I, J, P, R, S, T, X, Y, Z};
     let fate = match code {

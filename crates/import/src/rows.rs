@@ -32,7 +32,7 @@ struct Row {
     burns: bool,
 }
 
-/// Makes the job of some rows. At its begin the tool must be on the surface, at the first point.
+/// Makes the job of some rows. At its start the tool must be on the surface, at the first point.
 ///
 /// # Errors
 /// All that was not understood.

@@ -163,7 +163,7 @@ impl Complaint {
         format!("::{level} file={file},line={line}{column},title={title}::{message}")
     }
 
-    /// What the user can do about the fault.
+    /// The user's remedy for the fault.
     fn remedy(&self) -> &'static str {
         let is_unknown = self.fault == Fault::Error(Status::UnsupportedCommand);
         match is_unknown && self.is_at_a_printers_word() {

@@ -66,7 +66,7 @@ pub struct ProfileReport {
     errors: Vec<Complaint>,
     error_count: u64,
     alarm: Option<Complaint>,
-    /// When the first byte came: the begin of the job's time.
+    /// When the first byte came: the start of the job's time.
     pub begin: Cycle,
     /// The job's time from `begin`, cycles.
     pub job_cycles: u64,

@@ -67,7 +67,8 @@ impl Switches {
     };
 }
 
-/// Which way the spindle turns, or that it stands. Its power is separate, and changes step by step.
+/// The direction of the spindle, or that it stands. Its power is separate, and changes from step to
+/// step.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SpindleOutput {
@@ -90,8 +91,8 @@ pub struct CoolantOutput {
     pub mist: bool,
 }
 
-/// How step port and switches are wired: settings that the board, not the machine, puts into
-/// effect.
+/// The wiring of the step port and the switches: settings that the board, not the machine, puts
+/// into effect.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PortConfig {
@@ -105,8 +106,8 @@ pub struct PortConfig {
     pub direction_invert: MotorMask,
     /// Whether the drivers are enabled by a high level (`$4`).
     pub enable_invert: bool,
-    /// How long a switch input keeps a new level before the board believes it, in microseconds, 0
-    /// to 10 000 (`$706`).
+    /// The time for which a switch input must keep a new level before the board believes it,
+    /// microseconds, 0 to 10 000 (`$706`).
     pub filter_us: u32,
 }
 
@@ -151,7 +152,7 @@ pub trait Board {
     /// Whether the board takes its own description over a line, by `$B=`.
     const TAKES_RECORD: bool = false;
 
-    /// Takes the text of a line behind `$B=`: a part of the board's description, or its end where
+    /// Takes the text of a line after `$B=`: a part of the board's description, or its end where
     /// there is none. At rest only. It may write a flash, for a few ms. Answers a message for the
     /// operator, too.
     fn take_record(&mut self, _: &[u8]) -> (Result<(), Status>, Option<&'static str>) {

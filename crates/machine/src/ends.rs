@@ -2,12 +2,12 @@
 
 use core::cmp::Ordering;
 
-/// Which way motors step, and at which end of its travel each axis stands.
+/// The direction of the motors, and the end of its travel at which each axis stands.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ends<const AXES: usize, const MOTORS: usize> {
     /// Steps counted at the last look.
     pub(crate) seen: [i32; MOTORS],
-    /// Which way each motor stepped last in this motion: 1, -1, or 0 where it has not.
+    /// The direction of each motor's last step in this motion: 1, -1, or 0 if it has not stepped.
     pub(crate) heading: [i32; MOTORS],
     /// For each axis whose limit switch is closed: the direction that leads farther into the
     /// switch, `Equal` where it is unknown.

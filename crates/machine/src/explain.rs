@@ -1,4 +1,4 @@
-//! How a job is planned, for those who explain it: they draw it, or tell why it slows down.
+//! The planning of a job, for those who explain the job: they draw it, or tell why it slows down.
 
 use leadscrew_planner::{Coordinate, MoveKind};
 use leadscrew_stepper::Power;
@@ -8,18 +8,18 @@ pub trait Explain {
     /// A move of the program is planned.
     fn move_planned(&mut self, planned: &PlannedMove<'_>);
 
-    /// `count` segments, 1 or more, were made for the step interrupt. `committed` works out the
-    /// speed at the end of the last one, and its bound, for those who ask.
+    /// `count` segments, 1 or more, were made for the step interrupt. `committed` computes the
+    /// speed at the end of the last one and the reason for its bound.
     fn segments_made(&mut self, count: u32, committed: &dyn Fn() -> Committed);
 }
 
 /// A move of the program that has just been planned.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct PlannedMove<'a> {
-    /// Where it begins: machine position of the axes. Where the machine has moved by itself before,
-    /// this is not the end of the move before.
+    /// The position at which it begins, machine coordinates. It is not the end of the move before
+    /// if the machine has moved by itself since.
     pub begin: &'a [Coordinate],
-    /// Where it ends: axes, machine position.
+    /// The position at which it ends, machine coordinates.
     pub target: &'a [Coordinate],
     /// The kind of motion.
     pub kind: MoveKind,
@@ -31,8 +31,8 @@ pub struct PlannedMove<'a> {
     pub speed_limit: Option<f32>,
     /// The line that asked for it, counted as [`Work::lines`](crate::work::Work::lines) does.
     pub line: u32,
-    /// Signed steps of each motor, in the whole move that was planned; other moves of the program
-    /// may be parts of it.
+    /// Signed steps of each motor in the whole planned move. Other moves of the program may be
+    /// parts of it.
     pub steps: &'a [i32],
     /// Highest acceleration along the path, mm/s².
     pub acceleration: f32,
@@ -47,7 +47,7 @@ pub struct PlannedMove<'a> {
 pub struct Committed {
     /// Speed along the path, mm/s.
     pub speed: f32,
-    /// Why the speed is bounded from there on, where motion slows down.
+    /// The reason why motion slows down from there on.
     pub ahead: Ahead,
 }
 

@@ -30,9 +30,9 @@ where
     K: Kinematics<AXES, MOTORS> + Clone,
     X: Extension<AXES>,
 {
-    /// Notes which way each motor goes, and which limit switches have closed or opened. `hit`: a
-    /// limit switch has stopped the machine. Answers whether a limit switch is to stop it: on
-    /// `hit`, or where an axis moves farther into its closed switch. Main loop, at every turn,
+    /// Notes the direction of each motor, and which limit switches have closed or opened. `hit`: a
+    /// limit switch has stopped the machine. Answers whether a limit switch is to stop the machine:
+    /// on `hit`, or where an axis moves farther into its closed switch. Main loop, at every turn,
     /// before any motion goes on.
     pub(crate) fn watch_limits<B: Board>(&mut self, hit: bool, board: &B) -> bool {
         if !self.settings.is_on(Setting::HardLimits) {
@@ -59,7 +59,8 @@ where
         closed.any(|(axis, closed)| closed.is_some() && rules.only_end(axis).is_none())
     }
 
-    /// Lets a jog lead away from a closed switch, slowly where nobody knows which way that is.
+    /// Allows a jog that leads away from a closed switch, slowly if nobody knows in which direction
+    /// that is.
     ///
     /// # Errors
     /// [`Status::JogOutOfTravel`] where the jog leads farther into the switch.
@@ -92,10 +93,10 @@ where
         Ok(())
     }
 
-    /// Notes which switches are closed. Has those stop nothing that serve homing alone, and those
-    /// towards which their axis does not move. Answers whether an axis moves towards its only
-    /// switch, which is closed. Motion that has begun since the last turn has no direction yet: the
-    /// next turn finds its switch closed.
+    /// Notes which switches are closed, and which limit switches stop no motion for now: those that
+    /// serve homing alone, and those from which their axis moves away. Answers whether an axis
+    /// moves towards its only switch, which is closed. Motion that has begun since the last turn
+    /// has no direction yet: the next turn finds its switch closed.
     pub(crate) fn look_at_limits<B: Board>(&mut self, board: &B) -> bool {
         let active = self.switches.inputs.active(&board.switches());
         let rules = &self.config.rules;

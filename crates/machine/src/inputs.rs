@@ -1,4 +1,4 @@
-//! Switch edges and the probe latch: the answer to a contact at its very step.
+//! Switch edges and the probe latch: the reaction to a contact at the very step of the contact.
 //!
 //! The switch interrupt calls [`Inputs::on_switches`] with the levels of all inputs. Some things
 //! cannot wait for the main loop and are done there and then:
@@ -11,10 +11,10 @@
 //! | reset | – | stepping stops, the laser's gate shuts | reset, and locked as long as it is held |
 //! | buttons | – | the edge is counted | reset, hold, start, door |
 //!
-//! Each word has one writer at a time. The motor lock changes hands: the main loop writes it,
-//! except while [`Inputs::watch_homing`] has the switch interrupt do so. Events are counters: the
-//! interrupt advances them, the main loop compares them with its last copy. So nothing needs a
-//! compare-and-swap, which a Cortex-M0 lacks.
+//! Each word has one writer at a time. The motor lock changes its writer: it is the main loop,
+//! except that [`Inputs::watch_homing`] gives it to the switch interrupt. Events are counters: the
+//! interrupt advances them, the main loop compares them with its last copy. So no compare-and-swap
+//! is needed, which a Cortex-M0 lacks.
 
 use crate::board::Switches;
 use core::sync::atomic::{AtomicBool, AtomicI32, AtomicU8, Ordering};
@@ -220,9 +220,9 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
             .store(config.hard_limits, Ordering::Release);
     }
 
-    /// Locks each of `motors` at the step at which its limit switch closes, in place of an alarm.
-    /// With no `motors` this ends. Main loop; until it ends, the motor lock is the interrupt's
-    /// alone, and nobody else may write it.
+    /// Locks each of `motors` at the step at which its limit switch closes, instead of an alarm.
+    /// Without `motors` this ends. Main loop. Until it ends, only the interrupt may write the motor
+    /// lock.
     ///
     /// A switch that is closed already has no edge: lock its motor before this, and look once more
     /// after it.
@@ -235,15 +235,14 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
         self.homing.store(motors.bits(), Ordering::Release);
     }
 
-    /// Has the limit switches of `motors` stop nothing, and all others stop motion again. Main
-    /// loop.
+    /// Lets the limit switches of `motors` stop nothing, and all others stop motion. Main loop.
     pub fn ignore_limits(&self, motors: MotorMask) {
         self.ignored.store(motors.bits(), Ordering::Relaxed);
     }
 
     /// Begins the wait for the probe, or ends it. Main loop.
     ///
-    /// A probe that is in the awaited state already is seen at the next edge only: ask
+    /// A probe that is in the awaited state already is noticed at the next edge only: ask
     /// [`Inputs::active`] first.
     pub fn watch_probe(&self, watch: ProbeWatch) {
         let count = self.watch.load(Ordering::Relaxed) | Self::KIND;
@@ -264,7 +263,7 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
         })
     }
 
-    /// Edges so far. Main loop, to compare with those it saw before.
+    /// The counts of edges so far, to compare with earlier ones. Main loop.
     pub fn edges(&self) -> Edges {
         Edges {
             limit_hits: self.limit_hits.load(Ordering::Acquire),

@@ -93,7 +93,7 @@ where
     /// Makes a machine that will boot at its first [`Machine::poll`].
     ///
     /// # Errors
-    /// Nothing can be planned with `config`: a timer that stands, no room for moves.
+    /// Nothing can be planned with `config`: a timer of 0 Hz, or no room for moves.
     pub fn new<const MOVES: usize, const PIXELS: usize, const BLOCKS: usize>(
         config: MachineConfig<AXES>,
         kinematics: K,

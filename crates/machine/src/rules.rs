@@ -29,7 +29,7 @@ where
     K: Kinematics<AXES, MOTORS> + Clone,
     X: Extension<AXES>,
 {
-    /// Names the switches that have stopped the machine, and has the machine back off or locks it.
+    /// Names the switches that have stopped the machine. Then the machine backs off, or is locked.
     /// Main loop.
     pub(crate) fn leave_limit<B: Board>(&mut self, board: &mut B, now: Instant) {
         self.motion.stop();

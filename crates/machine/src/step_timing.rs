@@ -38,12 +38,12 @@ pub struct StepTiming {
 impl StepTiming {
     /// An STM32F407 at 168 MHz: three motors at 370 kHz with pulses of 1 µs.
     ///
-    /// Tick: its rate is 26 % below 500 kHz, at which no tick of three motors was late in an emulated
-    /// chip (`cargo fw-test --highest-rate`). The emulator's cycles are right to within 15 % by
-    /// judgement, and the main loop needs its share. A line: 534 cycles (`cargo
-    /// fw-test step-interrupt`), rounded up. A motor: 20 instructions of 1.65 cycles each, rounded
-    /// to 0.2 µs. A pulse's end: entry, and 25 instructions before the last pin is written. Set-up:
-    /// 650 ns (TI DRV8825, SLVSA73F).
+    /// Tick: the rate is 26 % below 500 kHz, at which no tick of three motors was late in an
+    /// emulated chip (`cargo fw-test --highest-rate`). The emulator's cycles are estimated to be
+    /// right to within 15 %, and the main loop needs its share. A line: 534 cycles (`cargo fw-test
+    /// step-interrupt`), rounded up. A motor: 20 instructions of 1.65 cycles each, rounded to 0.2
+    /// µs. A pulse's end: entry, and 25 instructions before the last pin is written. Set-up: 650 ns
+    /// (TI DRV8825, SLVSA73F).
     pub const F407: Self = Self {
         tick_ns: 2_100,
         motor_ns: 200,
@@ -64,8 +64,8 @@ impl StepTiming {
         ..Self::F407
     };
 
-    /// A board without any bound that Grbl does not have, so that the same settings get the same
-    /// answers. Pulses have Grbl's least width.
+    /// A board without any bound beyond Grbl's, so that the same settings get the same answers.
+    /// Pulses have Grbl's least width.
     pub const GRBL: Self = Self {
         tick_ns: 2_000,
         motor_ns: 0,

@@ -38,8 +38,8 @@ where
         loaded
     }
 
-    /// Notes that something is lost that was stored, as [`Machine::load`] does where it finds that
-    /// out. Before the first [`Machine::poll`].
+    /// Notes that stored values are lost, as [`Machine::load`] does if it finds that. Before the
+    /// first [`Machine::poll`].
     pub fn distrust_settings(&mut self) {
         self.store.lost = true;
     }

@@ -4,7 +4,7 @@
 use crate::bench::{Memory, Session};
 use leadscrew_machine::config::MachineConfig;
 
-/// What follows `|key:` in a report.
+/// The text after `|key:` in a report.
 fn field<'a>(report: &'a str, key: &str) -> Option<&'a str> {
     let fields = report.trim_matches(['<', '>']).split('|');
     fields

@@ -21,7 +21,7 @@ const LINES: [&str; 12] = [
     "G2X3Y3R5S700",
 ];
 
-/// What a machine answers, where its motors are, and how many pulses they had.
+/// The answers of a machine, the positions of its motors, and the number of their pulses.
 fn told<
     const RX: usize,
     const TX: usize,

@@ -93,7 +93,7 @@ pub struct Pages {
     known: Known,
     /// Answers of the machine on all lines since power-up.
     answers: u32,
-    /// For each channel, the begin of a line that the machine has not finished yet.
+    /// For each channel, the beginning of a line that the machine has not finished yet.
     begun: Vec<Vec<u8>>,
     /// The page that controls the machine.
     holder: Option<u64>,
@@ -306,7 +306,7 @@ impl Pages {
     }
 }
 
-/// Counts the answers that end in `bytes`; `begun` holds the begin of the line under way.
+/// Counts the answers that end in `bytes`; `begun` holds the beginning of the line under way.
 fn count_answers(begun: &mut Vec<u8>, bytes: &[u8]) -> u32 {
     let mut count = 0;
     for byte in bytes {

@@ -1,10 +1,10 @@
-//! Where a line goes on as a curve in short lines, no axis accelerates more than its setting says
-//! on the motors: by the second difference of the places that the step edges tell.
+//! Where a line continues as a curve in short lines, no axis accelerates more than its setting. The
+//! motors are checked: the second difference of the places at the step edges.
 //!
-//! An axis whose acceleration is `a` at most has `|x(t−h) − 2·x(t) + x(t+h)| ≤ a·h²`. Three places
-//! are whole steps: four steps more are allowed, and four times the rounding of the ends of lines.
-//! A curve in lines turns in jumps, `n` of them within `h`. That adds up to `1/4n²` of it: 2 % from
-//! four of them on.
+//! An axis whose acceleration is `a` at most has `|x(t−h) − 2·x(t) + x(t+h)| ≤ a·h²`. The three
+//! places are whole steps, so four steps more are allowed, and four times the rounding of the ends
+//! of lines. A curve in lines turns in jumps, `n` of them within `h`. The jumps add the share
+//! `1/4n²`: 2 % if there are four of them or more.
 
 use crate::edges_tests::{Edges, WINDOWS};
 use crate::limits_tests::Cut;
@@ -19,8 +19,8 @@ use std::{format, println};
 /// Length of each of the two lines, mm.
 const LINE: f64 = 6.0;
 
-/// The allowed share of the acceleration: 2 % more for the jumps of the curve, 4 % more for what
-/// planning takes for rounding.
+/// The allowed share of the acceleration: 2 % more for the jumps of the curve, 4 % more because the
+/// planner takes some of it for rounding.
 const MOST: f64 = 1.06;
 
 /// The least number of lines of the curve within half a window.
@@ -40,12 +40,12 @@ struct Lead {
     deviation: f32,
 }
 
-/// Curves of a radius that is many steps at 800 steps/mm.
+/// Curves whose radius is many steps, at 800 steps/mm.
 fn wide() -> impl Strategy<Value = Lead> {
     lead(0.8..8.0, std::vec![0.05, 0.1], 800)
 }
 
-/// Curves of a radius that is a few steps, at 80 steps/mm: the planner joins their lines.
+/// Curves whose radius is a few steps, at 80 steps/mm: the planner joins their lines.
 fn narrow() -> impl Strategy<Value = Lead> {
     lead(0.15..0.6, std::vec![0.02, 0.05], 80)
 }

@@ -12,17 +12,17 @@ pub const DEFAULT_TIMER_HZ: u32 = 84_000_000;
 /// The slowest speed of a move: Grbl's minimum feed of 1 mm/min, in mm/s.
 pub(crate) const SLOWEST: f32 = 1.0 / 60.0;
 
-/// The most pixels of a row that are made in a second, by their mean length. Each is a segment, and
-/// an emulated F407 still takes in 10 000 lines a second beside that. A row that asks for more is
-/// slowed down, so that segments do not run out.
+/// The most pixels of a row in a second, by their mean length. Each pixel is a segment, which the
+/// main loop has to make while it takes in lines. A row with more pixels a second is slowed down,
+/// so that segments do not run out (measured: `docs/benchmarks.md`, Lasers).
 pub(crate) const PIXELS_A_SECOND: f32 = 12_500.0;
 
 /// The bound of the speed where the direction changes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum CornerRule {
-    /// Junction deviation alone, between each move and the next, as in Grbl and with Grbl's times.
-    /// Arcs and curves of short moves may then ask for several times the acceleration.
+    /// Junction deviation alone, between each move and the next: Grbl's rule, with Grbl's times. On
+    /// arcs and curves of short moves the acceleration may then be several times the setting.
     Grbl,
     /// Junction deviation at corners, and `v² ≤ a·R` on arcs and on curves of short moves.
     #[default]
@@ -48,23 +48,24 @@ pub struct Config<const AXES: usize> {
     pub arc_tolerance: f32,
     /// Counts of the step timer in a second.
     pub timer_hz: u32,
-    /// Ticks are at least this far apart: no motor steps faster, and step smoothing keeps to it.
+    /// The shortest time between ticks: no motor steps faster, and step smoothing keeps to it.
     pub shortest_tick: Ticks,
-    /// The longest segment, seconds, unless one step alone takes longer: a hold cannot change a
-    /// segment that is handed out. 10⁻⁶ to 10⁻³: edges are exact in segments of a millisecond at
-    /// most.
+    /// The longest segment, seconds, 10⁻⁶ to 10⁻³. A hold cannot change a segment that is handed
+    /// out; above a millisecond, edges would not be exact. A single step that takes longer is
+    /// handed out in several segments.
     pub longest_segment: f32,
-    /// How many moves may be queued, the running one included. More than the planner has room for
-    /// counts as that room.
+    /// The most moves that may be queued, the running one included. The planner's room is used if
+    /// it is less.
     pub moves: usize,
-    /// How many changes of power rows of laser pixels may hold together. More than the planner has
-    /// room for counts as that room. 0: each line is a move of its own, as in Grbl.
+    /// The most changes of power that rows of laser pixels may hold together. The planner's room is
+    /// used if it is less. 0: each line is a move of its own, as in Grbl.
     pub pixels: usize,
 }
 
 impl<const AXES: usize> Default for Config<AXES> {
-    /// Grbl's defaults: 250 steps/mm, 500 mm/min, 10 mm/s², 0.01 mm, 0.002 mm; the rule that keeps
-    /// the limits; as many moves as there is room for, each a line.
+    /// Grbl's defaults: 250 steps/mm, 500 mm/min, 10 mm/s², a junction deviation of 0.01 mm, an arc
+    /// tolerance of 0.002 mm. Besides, [`CornerRule::Limits`]; as many moves as there is room for;
+    /// no pixels.
     fn default() -> Self {
         Self {
             steps_per_mm: [StepsPerMm::from_nanos(250 * crate::NANOS_PER_MM); AXES],
@@ -102,7 +103,7 @@ impl Default for Overrides {
     }
 }
 
-/// How far rounding to three decimals puts a point beside its place, mm, on each axis.
+/// How far rounding to three decimals may move a point on each axis, mm.
 pub(crate) const DECIMALS: f32 = 0.0005;
 
 /// The used share of each limit. The rest, 32 roundings of an `f32`, is more than all roundings
@@ -120,7 +121,7 @@ pub(crate) struct Limits<const AXES: usize> {
     pub(crate) acceleration: [f32; AXES],
     /// 1/acceleration, s²/mm.
     pub(crate) per_acceleration: [f32; AXES],
-    /// The largest of them: 1/acceleration of the weakest axis, s²/mm.
+    /// 1/acceleration of the weakest axis, s²/mm.
     pub(crate) per_weakest: f32,
     /// How far the rounding of steps and of decimals may have moved a point, mm.
     pub(crate) rounding: [f32; AXES],
@@ -128,7 +129,8 @@ pub(crate) struct Limits<const AXES: usize> {
     pub(crate) step_rate: f32,
     /// Junction deviation, mm.
     pub(crate) deviation: f32,
-    /// The square of the length below which a move has no direction, mm² (see `short`).
+    /// The square of the length below which a move has too few steps to give a direction, mm² (see
+    /// `short`).
     pub(crate) short2: f32,
     pub(crate) unit: SpeedUnit,
 }
@@ -162,7 +164,8 @@ fn short2<const AXES: usize>(config: &Config<AXES>) -> f32 {
     length * length
 }
 
-/// The scale of each motor, taken from its axis in [`Config`] once, so that no move looks it up.
+/// The scale of each motor, taken from its axis in [`Config`] once, so that `push` need not look it
+/// up.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scales<const MOTORS: usize> {
     pub(crate) steps_per_mm: [StepsPerMm; MOTORS],
@@ -171,7 +174,7 @@ pub(crate) struct Scales<const MOTORS: usize> {
 }
 
 impl<const MOTORS: usize> Scales<MOTORS> {
-    /// For a motor without an axis: it stands still, whatever its scale.
+    /// The scale of a motor without an axis, which never moves: any value.
     const NO_AXIS: StepsPerMm = StepsPerMm::from_nanos(crate::NANOS_PER_MM);
 
     pub(crate) fn new<const AXES: usize>(
@@ -189,7 +192,7 @@ impl<const MOTORS: usize> Scales<MOTORS> {
     }
 }
 
-/// The unit of squared speeds in the look-ahead: a power of two, so that conversion rounds but
+/// The unit of squared speeds in the look-ahead: a power of two, so that a conversion rounds only
 /// once.
 ///
 /// The square of the machine's largest possible speed (all axes at their rate) lies between 2³⁰ and
@@ -208,7 +211,7 @@ impl SpeedUnit {
         const ONE: u32 = 127 << 23;
         const EXPONENT: u32 = 0xFF << 23;
         let top_v2 = (top * top).clamp(1e-12, 1e12);
-        // The power of two above `top_v2`, then 2^31 divided by it.
+        // The power of two above `top_v2`; then 2³¹ divided by it.
         let above = (top_v2.to_bits() & EXPONENT) + (1 << 23);
         let mm2 = f32::from_bits(above + ONE - ((127 + 31) << 23));
         Self {

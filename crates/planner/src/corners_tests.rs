@@ -1,9 +1,10 @@
-//! No corner is passed faster than junction deviation allows, on the motors: the second difference
-//! about the corner.
+//! No corner is passed faster than junction deviation allows. The motors are checked: the second
+//! difference of the places around the corner.
 //!
-//! With the speed `v` at a corner from the direction `u0` to `u1`, an axis's speed jumps by `v·|u1
-//! − u0|`; before it the axis brakes by `a0·|u0|` at most and after it speeds up by `a1·|u1|`, with
-//! what the axes allow along each. So over `h` to both sides
+//! At a corner from the direction `u0` to `u1`, passed at the speed `v`, an axis's speed jumps by
+//! `v·|u1 − u0|`. Before the corner the axis brakes by at most `a0·|u0|`, after it the axis speeds
+//! up by at most `a1·|u1|`; `a0` and `a1` are the accelerations that the axes allow along each
+//! line. So over `h` to both sides
 //!
 //! ```text
 //!   |x(t−h) − 2·x(t) + x(t+h)| ≤ v·|u1 − u0|·h + (a0·|u0| + a1·|u1|)·h²/2 + 4 steps

@@ -17,7 +17,7 @@ use std::{env, format, println};
 const LENGTH: f64 = 60.0;
 const PIECE: f64 = 0.01;
 
-/// The most that the pieces may take, as a share of the line's time.
+/// The longest time that the pieces may take, as a share of the line's time.
 const MOST: f64 = 1.01;
 
 const SCALES: [i64; 3] = [80, 250, 800];
@@ -35,7 +35,7 @@ struct Line {
 }
 
 impl Line {
-    /// How many times as long it takes in pieces.
+    /// The time of the line in pieces, as a share of its time in one move.
     fn share(&self) -> f64 {
         let config = Config {
             max_rate: [self.rate; 2],
@@ -76,8 +76,8 @@ fn line() -> impl Strategy<Value = Line> {
 }
 
 impl Line {
-    /// Whether 1024 moves suffice to stop from the feed, even where twenty in a hundred of them are
-    /// shorter than they could be.
+    /// Whether 1024 moves are enough to stop from the feed, even if a fifth of them are shorter
+    /// than they could be.
     fn fits_the_queue(&self) -> bool {
         let piece = (f64::from(STEPS) / self.steps_per_mm as f64).max(PIECE);
         let (feed, acceleration) = (f64::from(self.feed), f64::from(self.acceleration));
@@ -95,7 +95,7 @@ fn a_line_in_pieces_takes_the_time_of_the_line() {
         max_shrink_iters: 50,
         ..ProptestConfig::default()
     };
-    // The same lines each time, but for campaigns.
+    // The same lines in each run, except in campaigns.
     let mut runner = if cases > 1000 {
         TestRunner::new(config)
     } else {

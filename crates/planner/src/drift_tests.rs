@@ -1,8 +1,7 @@
-//! Nothing drifts: after any number of steps, holds and overrides the motors stand where exact
-//! arithmetic says.
+//! Nothing drifts: after any number of steps, holds and overrides the motors stand at the places
+//! that exact arithmetic gives.
 //!
-//! A few holds each time; as a campaign:
-//! `HOLDS=100000 cargo test --release -p leadscrew-planner drift_tests -- --nocapture`.
+//! A run makes a few holds. For a campaign:
 
 use crate::reference::{to, Rig, RigQueue};
 use crate::{Config, CornerRule, Move, Overrides, StepsPerMm, NANOS_PER_MM};
@@ -12,7 +11,7 @@ use proptest::test_runner::TestRunner;
 use std::vec::Vec;
 use std::{println, vec};
 
-/// Holds that are made where no campaign is asked for.
+/// The number of holds outside campaigns.
 const FEW: u64 = 500;
 
 /// Odd scales, 10⁻⁹ steps/mm: most targets lie between two steps.
@@ -26,7 +25,7 @@ struct Round {
     jerk: f32,
     rule: CornerRule,
     moves: Vec<Move<2>>,
-    /// Each comes after a number of segments: a hold, or a feed override.
+    /// The events: after a number of segments a hold (`None`) or a feed override in per cent.
     events: Vec<(usize, Option<u8>)>,
 }
 
@@ -56,7 +55,7 @@ fn round() -> impl Strategy<Value = Round> {
         })
 }
 
-/// How much was run.
+/// The amount of motion so far.
 #[derive(Default, Debug)]
 struct Made {
     steps: u64,
@@ -64,7 +63,7 @@ struct Made {
     rounds: u64,
 }
 
-/// Where a target lies, in steps: rounded half away from zero.
+/// The place of a target in steps: rounded half away from zero.
 fn exact(target: i64, scale: i64) -> i32 {
     let product = i128::from(target) * i128::from(scale);
     let one = i128::from(NANOS_PER_MM) * i128::from(NANOS_PER_MM);
@@ -72,7 +71,7 @@ fn exact(target: i64, scale: i64) -> i32 {
 }
 
 impl Made {
-    /// Runs a round to its rest, holds and all.
+    /// Runs a round until it has come to rest, with its holds and overrides.
     fn play(&mut self, rig: &mut Rig<'_>, round: &Round) {
         let mut moves = round.moves.iter().peekable();
         let mut events = round.events.iter().copied();

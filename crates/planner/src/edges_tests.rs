@@ -1,10 +1,10 @@
-//! No limit is broken on the motors, by the second difference, over 5 to 50 ms, of the places that
-//! the step edges tell.
+//! No limit is broken on the motors. Checked by the second difference, over 5 to 50 ms, of the
+//! places at the step edges.
 //!
-//! An axis whose acceleration is `a` at most has `|x(t−h) − 2·x(t) + x(t+h)| ≤ a·h²`. Three places
-//! are whole steps, each off the line by half a step at most: four steps more are allowed. Where
-//! one part of a program meets the next there is a corner, whose speed jumps: windows with a corner
-//! in them are left out (`corners_tests` checks those).
+//! An axis whose acceleration is `a` at most has `|x(t−h) − 2·x(t) + x(t+h)| ≤ a·h²`. The three
+//! places are whole steps, each off the line by half a step at most, so four steps more are
+//! allowed. Between two parts of a program there is a corner, where the speed jumps: windows with a
+//! corner in them are left out (`corners_tests` checks corners).
 
 use crate::limits_tests::{program, Cut, Program};
 use crate::reference::{Rig, RigQueue};
@@ -17,13 +17,13 @@ use std::{format, println, string::String};
 /// Half lengths of windows, ms.
 pub(crate) const WINDOWS: [f64; 5] = [5.0, 10.0, 20.0, 35.0, 50.0];
 
-/// Time from one place that is checked to the next, ms.
+/// Time from one check to the next, ms.
 const EVERY: f64 = 3.0;
 
 /// A program that takes longer than this, s, is not checked.
 const LONGEST: f64 = 10.0;
 
-/// When each step of each axis came (s) and where it led, and when the parts of the program began.
+/// When each axis made each step (s), the place after it, and when each part of the program began.
 #[derive(Default)]
 pub(crate) struct Edges {
     steps: [Vec<(f64, i32)>; 2],
@@ -117,7 +117,7 @@ fn campaign(cases: u32, plant: impl Fn(&mut Config<2>)) -> Result<f64, String> {
         max_shrink_iters: 50,
         ..ProptestConfig::default()
     };
-    // The same programs each time, but for campaigns.
+    // The same programs in each run, except in campaigns.
     let mut runner = if cases > 1000 {
         TestRunner::new(config)
     } else {

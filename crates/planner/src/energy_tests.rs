@@ -1,8 +1,8 @@
 //! Energy on the path: under M4 each step gets the programmed energy for a millimetre, from the
 //! first out of rest to the last.
 
-use crate::reference::{to, Rig, RigQueue};
-use crate::{Config, Move, MovePower, Overrides};
+use crate::reference::{to, Interruption, Rig, RigQueue};
+use crate::{Config, Move, MovePower};
 use fixed::types::U1F31;
 use leadscrew_stepper::Power;
 use proptest::prelude::*;
@@ -40,9 +40,6 @@ impl Leg {
     }
 }
 
-/// What interferes: the number of segments before it, and a feed override or, without one, a hold.
-type Meddling = Vec<(usize, Option<u8>)>;
-
 fn moves(legs: &[Leg]) -> Vec<Move<2>> {
     let mut at = [0.0; 2];
     let moves = legs.iter().map(|leg| {
@@ -60,7 +57,7 @@ fn moves(legs: &[Leg]) -> Vec<Move<2>> {
 fn worst_error(
     config: Config<2>,
     legs: &[Leg],
-    meddling: &Meddling,
+    interruptions: &[Interruption],
 ) -> (f64, Option<(usize, u32, f64)>) {
     let mut queue = RigQueue::new();
     let mut rig = Rig::new(config, &mut queue);
@@ -69,7 +66,7 @@ fn worst_error(
     }
     // Where motion is faster than programmed the power may reach full, in all or a part of a
     // segment, and follow no further.
-    let faster = meddling.iter().any(|(_, feed)| *feed > Some(100));
+    let faster = interruptions.iter().any(|(_, feed)| *feed > Some(100));
     let most = if faster { 0.8 } else { 1.1 };
     let mut worst = (0.0, None);
     let mut legs = legs.iter().copied().enumerate();
@@ -109,15 +106,7 @@ fn worst_error(
             }
         }
         segments += 1;
-        for (_, what) in meddling.iter().filter(|(when, _)| *when == segments) {
-            match what {
-                None => rig.segmenter.hold(),
-                Some(feed) => rig.planner.set_overrides(Overrides {
-                    feed: *feed,
-                    rapid: 100,
-                }),
-            }
-        }
+        rig.interrupt(interruptions, segments);
     }
     worst
 }
@@ -166,9 +155,9 @@ proptest! {
     #[test]
     fn each_step_of_each_line_gets_its_energy_within_a_hundredth(
         legs in program(), acceleration in 1.0f32..4.3,
-        meddling in prop::collection::vec((1usize..200, prop::option::of(10u8..=200)), 0..6),
+        interruptions in prop::collection::vec((1usize..200, prop::option::of(10u8..=200)), 0..6),
     ) {
-        let (error, at) = worst_error(config(10f32.powf(acceleration)), &legs, &meddling);
+        let (error, at) = worst_error(config(10f32.powf(acceleration)), &legs, &interruptions);
         prop_assert!(error.abs() < 0.01, "{} at {:?}", error, at);
     }
 }

@@ -166,7 +166,7 @@ impl Case {
 
     fn aim(&self, goal: Goal, share: f32) -> Aim {
         Aim {
-            behind: 0,
+            steps_after: 0,
             goal,
             exit_v2: self.exit * self.exit,
             corner_v2: f32::INFINITY,
@@ -195,7 +195,7 @@ fn times(profile: &Profile) -> Times {
 /// The profiles that a move ran on, one after the other.
 #[derive(Default)]
 struct Schedule {
-    /// The place where each one begins, steps, when that was, and its times from there.
+    /// For each profile: the place where it begins, steps; the time there, s; the profile's times.
     profiles: Vec<(f64, f64, Times)>,
 }
 
@@ -266,12 +266,12 @@ fn play(case: &Case, mut meddle: impl FnMut(&mut Segment<3>)) -> (Schedule, Edge
 /// The errors of edges, as a share of the allowed ones.
 #[derive(Clone, Copy, Default, Debug)]
 struct Worst {
-    /// Of the dominant motor. Its error does not count 10⁻⁷ of the time.
+    /// The worst error of the dominant motor. 10⁻⁷ of the time since the start does not count.
     dominant: f64,
-    /// Of the others.
+    /// The worst error of the other motors.
     others: f64,
-    /// Where the worst of the others is: the place (steps of the dominant motor), the interval of
-    /// the dominant motor there, and how late the edge is (seconds).
+    /// Where that is: the place (steps of the dominant motor), the interval of the dominant motor
+    /// there, and how late the edge is (seconds).
     place: [f64; 3],
 }
 
@@ -281,7 +281,7 @@ fn worst(case: &Case, meddle: impl FnMut(&mut Segment<3>)) -> Worst {
         assert_eq!(edges.len(), steps as usize, "{case:?}");
     }
     let mut worst = Worst::default();
-    // When the dominant motor is due at each of its steps, from the start on.
+    // The due times of the dominant motor's steps.
     let dues: Vec<f64> = (0..=edges_of(case))
         .map(|k| schedule.time(k as f64))
         .collect();

@@ -1,6 +1,6 @@
-//! The bounds of motion, for the explanation of a job, not for its execution.
+//! The bounds of motion, to explain a job, not to run it.
 //!
-//! Nothing here is stored; it is read from the queue when it is asked for.
+//! Nothing here is stored; it is read from the queue when somebody asks.
 
 use crate::moves::PlannedMove;
 use crate::space::polygon::cap;
@@ -26,7 +26,7 @@ pub struct Outline<const MOTORS: usize> {
 pub enum Ahead {
     /// The end of all that is queued, where motion must be able to rest.
     QueueEnd {
-        /// Whether no further move fits.
+        /// Whether the queue is full, so that no further move fits.
         full: bool,
     },
     /// A corner.
@@ -56,7 +56,7 @@ where
     /// The bound of the speed at the end of the running move, or of the move that has just been
     /// handed out.
     pub fn ahead(&self) -> Ahead {
-        match self.queue().slow_start(&self.ground()) {
+        match self.queue().slow_start(&self.axis_limits()) {
             Some(planned) if planned.cap < planned.corner => Ahead::SlowerMove,
             Some(planned) if self.is_curve(planned) => Ahead::Curve,
             Some(_) => Ahead::Corner,

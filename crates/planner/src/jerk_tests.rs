@@ -1,7 +1,7 @@
 //! Whole jobs under a jerk limit.
 
-use crate::reference::{job_time, to, Rig, RigQueue};
-use crate::{Config, Move, Overrides};
+use crate::reference::{job_time, polyline, to, Rig, RigQueue};
+use crate::{Config, Overrides};
 use proptest::prelude::*;
 use std::vec::Vec;
 
@@ -31,14 +31,6 @@ fn points() -> impl Strategy<Value = Vec<[i32; 2]>> {
     })
 }
 
-fn moves(points: &[[i32; 2]], feed: f32) -> Vec<Move<2>> {
-    let mm = |steps| f64::from(steps) * 0.004;
-    points
-        .iter()
-        .map(|[x, y]| to(mm(*x), mm(*y), feed))
-        .collect()
-}
-
 /// Speed and acceleration along the path at the end of the segments handed out, mm/s and mm/s².
 fn motion(rig: &Rig<'_>) -> (f64, f64) {
     let speed = f64::from(rig.segmenter.speed());
@@ -65,7 +57,7 @@ proptest! {
         let jerk = acceleration / seconds;
         let mut queue = RigQueue::new();
         let mut rig = Rig::new(config(acceleration, jerk), &mut queue);
-        for point in moves(&points, feed) {
+        for point in polyline(&points, feed) {
             rig.planner.push(&point).unwrap();
         }
         let mut events = events.into_iter();
@@ -116,7 +108,7 @@ proptest! {
     #[test]
     fn a_jerk_beyond_reach_costs_no_time(points in points(), acceleration in 50.0f32..1000.0, feed in 1.0f32..100.0) {
         let config = config(acceleration, 1e9);
-        let seconds = Rig::new(config, &mut RigQueue::new()).run(&moves(&points, feed));
+        let seconds = Rig::new(config, &mut RigQueue::new()).run(&polyline(&points, feed));
         let ideal = job_time(&config, &points, f64::from(feed));
         prop_assert!((seconds - ideal).abs() <= 0.02 * ideal + 1e-3, "{} {}", seconds, ideal);
     }

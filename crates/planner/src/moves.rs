@@ -44,7 +44,7 @@ pub enum MovePower {
     Off,
     /// A spindle: the power stays through rests and holds.
     Spindle {
-        /// Power throughout.
+        /// Power during the move, and after it until the next move.
         power: Power,
     },
     /// A laser at constant power (M3), at the rest after the move too; off where a hold stops.
@@ -76,7 +76,7 @@ impl MovePower {
         }
     }
 
-    /// The same sort of power with another value; off stays off.
+    /// The same kind of power with another value; [`MovePower::Off`] stays off.
     pub(crate) fn with(self, power: Power) -> Self {
         match self {
             Self::Off => Self::Off,
@@ -86,7 +86,7 @@ impl MovePower {
         }
     }
 
-    /// The same power; a laser's constant power is made to follow the speed.
+    /// The same power, but a laser's constant power follows the speed.
     pub(crate) fn with_speed(self) -> Self {
         match self {
             Self::Constant { power } => Self::Dynamic { power },
@@ -125,33 +125,33 @@ pub(crate) struct PlannedMove<const AXES: usize, const MOTORS: usize> {
     pub(crate) power: MovePower,
     /// Length of the path, mm.
     pub(crate) length: f32,
-    /// Acceleration along the path where that is straight, mm/s².
+    /// Acceleration along the path where the path is straight, mm/s².
     pub(crate) acceleration: f32,
     /// Highest speed along the path whatever the override, mm/s.
     pub(crate) rate: f32,
     /// Speed along the path as programmed, mm/s.
     pub(crate) feed: f32,
-    /// Curvature at its start over the acceleration of each axis, s²/mm² (see `polygon`).
+    /// Curvature at its start, divided by the acceleration of each axis, s²/mm² (see `polygon`).
     pub(crate) bend: [f32; AXES],
-    /// The curvature holds for this length to both sides, mm; 0: there is none.
+    /// The length to both sides for which the curvature holds, mm; 0: there is no curvature.
     pub(crate) reach: f32,
-    /// Limit at the move's start by corner and curvature, squared, in speed units.
+    /// The limit at the move's start by corner and curvature: a squared speed, in speed units.
     pub(crate) corner: u32,
-    /// Limit at the move's start by the corner and both nominal speeds, squared, in speed units.
+    /// The limit at the move's start by corner, curvature, and the nominal speeds of this move and
+    /// the one before: a squared speed, in speed units.
     pub(crate) cap: u32,
     /// The highest squared speed at its start for which all later limits can be kept, in speed
     /// units (see `lookahead`).
     pub(crate) entry: u32,
     pub(crate) line_number: u32,
     pub(crate) outputs: OutputChange,
-    /// How many of the pool's pixels are the move's own: changes of power on the way.
+    /// How many of the pool's pixels belong to this move: changes of power within it.
     pub(crate) pixels: u16,
     pub(crate) kind: MoveKind,
-    /// Whether some of its pixels are rapids: then no override makes it faster than the rapid
-    /// override lets them be.
+    /// Whether some of its pixels are rapids. Then the rapid override bounds its speed, too.
     pub(crate) has_gaps: bool,
-    /// Whether `entry` would be more if motion could go on behind the last move.
-    pub(crate) hangs: bool,
+    /// Whether `entry` would be higher if motion could go on after the last planned move.
+    pub(crate) bound_by_end: bool,
 }
 
 /// Stands for no line number: GRBL's line numbers end at 10 million.
@@ -167,8 +167,8 @@ impl<const AXES: usize, const MOTORS: usize> PlannedMove<AXES, MOTORS> {
         line_number.unwrap_or(NO_LINE_NUMBER)
     }
 
-    /// Makes a planned move for `of`. Its limits, and all that depends on the queue, are still to
-    /// come.
+    /// Makes a planned move for `of`. The caller sets its limits, and everything that depends on
+    /// the queue.
     pub(crate) fn new(of: &Move<AXES>, delta: [i32; MOTORS]) -> Self {
         Self {
             delta,
@@ -187,7 +187,7 @@ impl<const AXES: usize, const MOTORS: usize> PlannedMove<AXES, MOTORS> {
             pixels: 0,
             kind: of.kind,
             has_gaps: false,
-            hangs: true,
+            bound_by_end: true,
         }
     }
 
@@ -212,7 +212,7 @@ impl<const AXES: usize, const MOTORS: usize> PlannedMove<AXES, MOTORS> {
         self.is_straight() && self.corner < u32::MAX
     }
 
-    /// Whether `of` is a line that differs from it in nothing but its place.
+    /// Whether `of` is a straight move that differs from this one only in its target.
     pub(crate) fn goes_on_with(&self, of: &Move<AXES>) -> bool {
         self.pixels == 0
             && of.curve.is_none()
@@ -223,7 +223,7 @@ impl<const AXES: usize, const MOTORS: usize> PlannedMove<AXES, MOTORS> {
             && self.line_number() == of.line_number
     }
 
-    /// The highest squared speed at any override, mm²/s²: a plan for it holds at all of them.
+    /// The highest squared speed at any override, mm²/s². A plan for it holds at all overrides.
     pub(crate) fn top_v2(&self) -> f32 {
         const HIGHEST_OVERRIDE: f32 = 2.0;
         let top = least(self.rate, self.feed * HIGHEST_OVERRIDE);

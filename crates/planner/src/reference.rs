@@ -1,8 +1,8 @@
 //! Slow and obvious models that the tests compare with, in `f64`.
 
 use crate::{
-    Cartesian, Config, Coordinate, Feed, Move, MoveKind, MovePower, PixelQueue, Planner, Queue,
-    Segmenter, Trapezoid,
+    Cartesian, Config, Coordinate, Feed, Move, MoveKind, MovePower, Overrides, PixelQueue, Planner,
+    Queue, Segmenter, Trapezoid,
 };
 use leadscrew_stepper::{OutputChange, Progress, Segment, Stepper, Tick};
 use std::boxed::Box;
@@ -123,18 +123,18 @@ impl<const MOTORS: usize> Player<MOTORS> {
     }
 }
 
-/// Room for a few moves that lasts as long as the tests.
+/// A queue that lives as long as the tests.
 pub(crate) fn queue<const AXES: usize, const MOTORS: usize, const MOVES: usize>(
 ) -> &'static mut Queue<AXES, MOTORS, MOVES> {
     Box::leak(Box::new(Queue::new()))
 }
 
-/// Room for a few pixels, as [`queue`].
+/// A queue of pixels that lives as long as the tests.
 pub(crate) fn pixels<const PIXELS: usize>() -> &'static mut PixelQueue<PIXELS> {
     Box::leak(Box::new(PixelQueue::new()))
 }
 
-/// Room for the moves of a [`Rig`] and their pixels.
+/// Queues for the moves of a [`Rig`] and their pixels.
 pub(crate) struct RigQueue(Queue<2, 2, 1024>, PixelQueue<4608>);
 
 impl RigQueue {
@@ -143,7 +143,11 @@ impl RigQueue {
     }
 }
 
-/// A machine of two axes, its queue kept as full as it can be.
+/// An interruption of motion: the number of segments before it, and a feed override (per cent); a
+/// hold where that is `None`.
+pub(crate) type Interruption = (usize, Option<u8>);
+
+/// A machine of two axes, whose queue is kept as full as possible.
 pub(crate) struct Rig<'q> {
     pub(crate) planner: Planner<'q, Cartesian, 2, 2>,
     pub(crate) segmenter: Segmenter<2, 2>,
@@ -164,6 +168,19 @@ impl<'q> Rig<'q> {
         let segment = self.segmenter.next(&mut self.planner)?;
         self.player.play(&segment);
         Some(segment)
+    }
+
+    /// Carries out the interruptions that come after `segments` segments.
+    pub(crate) fn interrupt(&mut self, interruptions: &[Interruption], segments: usize) {
+        for (_, feed) in interruptions.iter().filter(|(after, _)| *after == segments) {
+            match feed {
+                None => self.segmenter.hold(),
+                Some(feed) => self.planner.set_overrides(Overrides {
+                    feed: *feed,
+                    rapid: 100,
+                }),
+            }
+        }
     }
 
     /// Runs all of `moves` and returns the seconds that took.
@@ -196,7 +213,17 @@ pub(crate) fn to(x: f64, y: f64, feed: f32) -> Move<2> {
     }
 }
 
-/// A leg of a polyline: mm, mm/s², mm/s, squared speed at its start by its corner and both speeds.
+/// A polyline in steps of 0.004 mm as moves at `feed` mm/s.
+pub(crate) fn polyline(points: &[[i32; 2]], feed: f32) -> Vec<Move<2>> {
+    let mm = |steps| f64::from(steps) * 0.004;
+    points
+        .iter()
+        .map(|[x, y]| to(mm(*x), mm(*y), feed))
+        .collect()
+}
+
+/// A leg of a polyline: length (mm), acceleration (mm/s²), speed (mm/s), and the squared speed at
+/// its start that the corner and both speeds allow.
 struct Leg {
     length: f64,
     a: f64,
@@ -205,7 +232,7 @@ struct Leg {
     entry: f64,
 }
 
-/// The largest value along `u` where each axis has its limit.
+/// The largest value along the direction `u` if each axis has its limit.
 fn limit(limits: [f32; 2], u: [f64; 2]) -> f64 {
     (0..2)
         .map(|i| f64::from(limits[i]) / u[i].abs())
@@ -262,8 +289,8 @@ pub(crate) fn corners(config: &Config<2>, points: &[[i32; 2]]) -> Vec<f64> {
         .collect()
 }
 
-/// The shortest time (s) for a polyline in steps with infinite look-ahead, from rest to rest; by
-/// the book, in `f64`.
+/// The shortest time (s) for a polyline in steps from rest to rest with infinite look-ahead,
+/// computed directly in `f64`.
 pub(crate) fn job_time(config: &Config<2>, points: &[[i32; 2]], feed: f64) -> f64 {
     let mut legs = legs(config, points, feed);
     let mut exit = 0.0;

@@ -5,8 +5,8 @@
 //! number of pixels, so nothing is left to be rounded; within a pixel, motors other than the
 //! dominant one have half a step to go from either border, as in a move of its own.
 
-use crate::reference::{to, Rig, RigQueue};
-use crate::{Config, Coordinate, Move, MovePower, Overrides};
+use crate::reference::{to, Interruption, Rig, RigQueue};
+use crate::{Config, Coordinate, Move, MovePower};
 use fixed::types::U1F31;
 use leadscrew_stepper::Power;
 use proptest::prelude::*;
@@ -16,7 +16,7 @@ use std::vec::Vec;
 /// power in 2⁻²².
 type Row = ([i32; 2], Vec<(i32, u32)>);
 
-/// A pixel as the motors are to make it: from where the last one ended, and its power.
+/// A pixel that the motors should make: steps from the end of the last pixel, and its power.
 struct Due {
     delta: [i32; 2],
     power: Power,
@@ -57,12 +57,13 @@ fn moves(pixels: &[Due]) -> Vec<Move<2>> {
     moves.collect()
 }
 
-/// What interferes: the number of segments before it, and a feed override or, without one, a hold.
-type Meddling = Vec<(usize, Option<u8>)>;
-
 /// Runs the pixels. Checks the motors at each border, and the power of each dominant step. Returns
 /// how many planned moves there were.
-fn run(config: Config<2>, pixels: &[Due], meddling: &Meddling) -> Result<usize, TestCaseError> {
+fn run(
+    config: Config<2>,
+    pixels: &[Due],
+    interruptions: &[Interruption],
+) -> Result<usize, TestCaseError> {
     let mut queue = RigQueue::new();
     let mut rig = Rig::new(config, &mut queue);
     for next in moves(pixels) {
@@ -104,15 +105,7 @@ fn run(config: Config<2>, pixels: &[Due], meddling: &Meddling) -> Result<usize, 
             }
         }
         segments += 1;
-        for (_, what) in meddling.iter().filter(|(when, _)| *when == segments) {
-            match what {
-                None => rig.segmenter.hold(),
-                Some(feed) => rig.planner.set_overrides(Overrides {
-                    feed: *feed,
-                    rapid: 100,
-                }),
-            }
-        }
+        rig.interrupt(interruptions, segments);
     }
     prop_assert!(pixel.is_none() && rig.planner.is_empty());
     Ok(planned)
@@ -124,7 +117,7 @@ proptest! {
     #[test]
     fn each_border_lies_at_the_step_at_which_moves_of_their_own_would_have_it(
         rows in rows(), acceleration in 100.0f32..20_000.0, rate in 5.0f32..500.0,
-        meddling in prop::collection::vec((1usize..100, prop::option::of(10u8..=200)), 0..6),
+        interruptions in prop::collection::vec((1usize..100, prop::option::of(10u8..=200)), 0..6),
     ) {
         let pixels = pixels(&rows);
         let merged = Config {
@@ -134,7 +127,7 @@ proptest! {
             ..Config::default()
         };
         let one_by_one = Config { pixels: 0, ..merged };
-        prop_assert!(run(merged, &pixels, &meddling)? <= rows.len());
-        prop_assert_eq!(run(one_by_one, &pixels, &meddling)?, pixels.len());
+        prop_assert!(run(merged, &pixels, &interruptions)? <= rows.len());
+        prop_assert_eq!(run(one_by_one, &pixels, &interruptions)?, pixels.len());
     }
 }

@@ -1,17 +1,17 @@
-//! Which [`Config`]s can be planned with.
+//! Checks whether motion can be planned with a [`Config`].
 
 use crate::Config;
 use core::fmt;
 use core::ops::RangeInclusive;
 
-/// Rates in mm/s and accelerations in mm/s²: all that GRBL's settings can say, and far from where
-/// an `f32` overflows.
+/// Allowed rates in mm/s and accelerations in mm/s²: every value that GRBL's settings can have, and
+/// small enough that no `f32` overflows.
 const ABOVE_ZERO: RangeInclusive<f32> = 1e-12..=1e10;
-/// Jerk in mm/s³ and junction deviation in mm.
+/// Allowed jerk in mm/s³ and junction deviation in mm.
 const ZERO_OR_MORE: RangeInclusive<f32> = 0.0..=1e10;
-/// Edges are exact in segments of a millisecond at most.
+/// Allowed longest segment in seconds. In longer ones the edges would not be exact.
 const SEGMENT: RangeInclusive<f32> = 1e-6..=1e-3;
-/// Time is counted in microseconds elsewhere.
+/// The slowest step timer, in counts a second: other parts count time in microseconds.
 const SLOWEST_TIMER_HZ: u32 = 1_000_000;
 
 /// The value of a [`Config`] with which nothing can be planned: not a number, infinite, or out of

@@ -51,7 +51,7 @@ pub(super) enum End {
     Restart,
 }
 
-/// What the server needs from its caller.
+/// The things that the server needs from its caller.
 pub struct Surroundings<'s> {
     /// The wall clock: the time since any fixed instant.
     pub clock: &'s dyn Fn() -> Duration,

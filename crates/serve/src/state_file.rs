@@ -92,7 +92,7 @@ impl fmt::Display for Copied {
     }
 }
 
-/// What was found at the path of the state file.
+/// The finding at the path of the state file.
 #[derive(Debug)]
 pub(super) enum Found {
     /// No file: this is the first start.

@@ -83,7 +83,7 @@ fn serve_seated(
     uplink.tell(What::Closed);
 }
 
-/// What is known about a client.
+/// The facts that are known about a client.
 #[derive(Clone, Copy)]
 enum Place {
     /// It has sent nothing yet.

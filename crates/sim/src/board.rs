@@ -41,7 +41,7 @@ pub struct Counts {
     pub(crate) ticks: u64,
     /// Steps of the dominant motors, in [`PARTS`].
     pub(crate) dominant_parts: u64,
-    /// The longest time from the instant at which a tick was due to the begin of its interrupt, in
+    /// The longest time from the instant at which a tick was due to the start of its interrupt, in
     /// cycles.
     pub longest_delay: u64,
     /// How often synchronised outputs have changed.
@@ -84,7 +84,7 @@ pub struct SimBoard<O, const MOTORS: usize> {
     /// Parts of a dominant step in each tick of the segment under way; `None` where no tick is due.
     pub(crate) parts_per_tick: Option<u64>,
     costs: Costs,
-    /// Begin of the tick or poll under way.
+    /// The start of the tick or poll under way.
     now: Cycle,
     /// When the interrupt under way writes the power.
     power_written: Cycle,

@@ -1,4 +1,5 @@
-//! Who has the CPU: the step interrupt, other interrupts, or the main loop; and how busy it is.
+//! The user of the CPU at each time (the step interrupt, other interrupts, or the main loop), and
+//! the CPU's load.
 //!
 //! ```text
 //!  ticks              ====           ====            highest priority
@@ -20,7 +21,7 @@ const SLOTS: usize = 4;
 /// Cycles in a slot.
 const SLOT: u64 = CPU_HZ / 1000 / SLOTS as u64;
 
-/// Tracks what the CPU works on, and when it is free.
+/// Tracks the work of the CPU, and when it is free.
 #[derive(Clone, Debug)]
 pub struct Cpu {
     /// The end of the tick under way.

@@ -30,7 +30,7 @@ pub struct Taken<'a> {
     /// `None` where the segment continues the move under way.
     pub line: Option<&'a [u32]>,
     /// Steps of the dominant motor that end in this segment. 0 where a step is split over several
-    /// segments and this is not the last of them.
+    /// segments and this segment is not the last of them.
     pub step_events: u32,
     /// Whether a whole step ends where the segment ends.
     pub ends_event: bool,

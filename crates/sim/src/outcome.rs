@@ -161,7 +161,7 @@ pub struct LineError {
     pub text: String,
 }
 
-/// What the machine answered to a program, to be read after its end.
+/// The answers of the machine to a program, to be read after its end.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Answers {
     /// Lines that were answered.

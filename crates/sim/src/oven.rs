@@ -41,7 +41,7 @@ pub enum Failure {
 /// A failure of the first heater's parts at a time after power-up.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct HeatFault {
-    /// What fails.
+    /// The kind of the failure.
     pub failure: Failure,
     /// When it fails, counted from power-up.
     pub at: Duration,

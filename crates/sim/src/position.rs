@@ -28,8 +28,8 @@ impl<const MOTORS: usize> PositionCheck<MOTORS> {
         *self = Self { counted, made };
     }
 
-    /// The first motor whose carriage has not made the steps counted since the origin: its number,
-    /// the steps counted and the steps made. Motors in `inverted` turn against the count.
+    /// The first motor whose carriage has not made the steps counted since the origin, with the
+    /// steps counted and the steps made. Carriages of motors in `inverted` move against the count.
     pub(crate) fn difference(
         &self,
         counted: [i32; MOTORS],

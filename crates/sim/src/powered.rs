@@ -30,7 +30,7 @@ pub const MOST_MOTORS: usize = MOST_AXES + 1;
 /// The most moves that are planned ahead, as on the board.
 const MOVES: usize = 1024;
 
-/// What programs do with a simulation, whatever its axes, motors and kinematics.
+/// The operations of a simulation, whatever its axes, motors and kinematics.
 pub trait Powered {
     /// Lets the machine work until `host` is done or nothing happens any more.
     fn work(&mut self, host: &mut dyn Host) -> Stopped;

@@ -392,6 +392,9 @@ impl<R: BufRead> Lines<R> {
     }
 
     /// Reads the next line without its line end; returns false at the end of the file.
+    ///
+    /// # Errors
+    /// The reader's error.
     pub fn next(&mut self, line: &mut Vec<u8>) -> io::Result<bool> {
         while self.read(line)? {
             self.number += 1;

@@ -38,11 +38,11 @@ impl<const MOTORS: usize> StepInterrupt<MOTORS> {
         }
     }
 
-    /// How many of the coming calls of [`on_timer`] will change no pin and take no segment: calls
-    /// for smoothing ticks, which are most of all calls while motors are slow. One
-    /// [`StepInterrupt::pass`] does the work of them all, or of some.
+    /// How many of the next calls of [`on_timer`] will change no pin and take no segment. They are
+    /// calls for smoothing ticks, which are most of all calls while motors are slow. One
+    /// [`StepInterrupt::pass`] does the work of all of them, or of some.
     ///
-    /// For simulators, while nobody else reaches `shared`.
+    /// For simulators, while nobody else has access to `shared`.
     pub fn quiet_calls(&self, shared: &Shared<MOTORS>) -> u32 {
         let changes_nothing = self.due.is_empty() && self.power == self.stepper.power();
         if changes_nothing && !shared.is_restricted() {
@@ -57,9 +57,9 @@ impl<const MOTORS: usize> StepInterrupt<MOTORS> {
         self.stepper.intervals(calls)
     }
 
-    /// Does the work of `calls` of the [`StepInterrupt::quiet_calls`]: of one at least, and of so
-    /// few that their waits add up to less than 2³² counts. It does not arm a timer: it returns the
-    /// time from the first of these calls to the last one, and the wait that the last one asks for.
+    /// Does the work of `calls` of the [`StepInterrupt::quiet_calls`]: of one at least, and of few
+    /// enough that their waits add up to less than 2³² counts. Arms no timer. Returns the time from
+    /// the first of these calls to the last one, and the wait that the last one asks for.
     pub fn pass(&mut self, calls: u32) -> [Ticks; 2] {
         let to_last = self.stepper.pass(calls.saturating_sub(1));
         self.due = self
@@ -73,9 +73,9 @@ impl<const MOTORS: usize> StepInterrupt<MOTORS> {
 /// Makes the steps that are due and changes the power with them, then prepares the next tick.
 /// Returns whether this tick took longer than others, because it looked for a segment.
 ///
-/// Called from the step interrupt. Steps and power come first, so that their jitter is that of the
-/// interrupt's entry. Bounded: no loop but those over the motors. Inlined in every caller: a call
-/// would have to save registers.
+/// Called from the step interrupt. Steps and power come first, so that they have no more jitter
+/// than the interrupt's entry. Bounded: its only loops are over the motors. Inlined in every
+/// caller: a call would have to save registers.
 #[inline(always)]
 pub fn on_timer<P: StepPort, const MOTORS: usize>(
     interrupt: &mut StepInterrupt<MOTORS>,
@@ -103,8 +103,8 @@ pub fn on_timer<P: StepPort, const MOTORS: usize>(
     }
 }
 
-/// Looks ahead out of rest: puts out the power of the first segment. The first [`on_timer`] has to
-/// follow at once: it puts out the directions.
+/// Prepares the start out of rest: puts out the power of the first segment. The first [`on_timer`]
+/// has to follow at once; it puts out the directions.
 ///
 /// Called by whoever starts the timer, while no tick can come.
 pub fn start<P: StepPort, const MOTORS: usize>(
@@ -135,16 +135,16 @@ fn make_steps<P: StepPort, const MOTORS: usize>(
     shared.count(interrupt.due, &interrupt.sign);
 }
 
-/// How a restricted tick goes on.
+/// The result of [`restricted`].
 enum Restricted {
     /// Motion goes on.
     Moves,
-    /// The tick under way and a segment are thrown away.
+    /// A stop: the tick and one segment were thrown away.
     Stopped,
 }
 
-/// Takes the place of [`make_steps`] where a stop, a motor lock or a laser that is held off was
-/// asked for, or has just ended.
+/// Does the work of [`make_steps`] if a stop, a motor lock or a laser that is held off was asked
+/// for, or has just ended.
 #[cold]
 #[inline(never)]
 fn restricted<P: StepPort, const MOTORS: usize>(
@@ -173,8 +173,9 @@ fn put_out<P: StepPort, const MOTORS: usize>(power: Power, shared: &Shared<MOTOR
     port.set_power(if off { Power::OFF } else { power });
 }
 
-/// Arms the timer for the tick that was taken, `least` counts or more after the tick before it; the
-/// ticks that follow come as much later. Looks ahead for the power that begins with that tick.
+/// Arms the timer for the tick that was taken, at least `least` counts after the tick before it; if
+/// that makes it later, all following ticks are later by the same time. Looks up the power that
+/// begins with that tick.
 #[inline(always)]
 fn arm<P: StepPort, const MOTORS: usize>(
     least: Ticks,
@@ -206,7 +207,7 @@ fn next_segment<P: StepPort, const MOTORS: usize>(
     };
     interrupt.due = interrupt.stepper.load(segment);
     if segment.power != interrupt.power {
-        // The segment came after the tick before this one had looked for its power.
+        // The tick before this one looked for the next power when this segment was not there yet.
         put_out(segment.power, shared, port);
     }
     port.change_outputs(segment.outputs);
@@ -237,7 +238,7 @@ fn begin<P: StepPort, const MOTORS: usize>(
     turns
 }
 
-/// Comes to rest, planned or not, where there is no further segment.
+/// Comes to rest, as planned or by an underrun, because there is no further segment.
 #[cold]
 #[inline(never)]
 fn run_out<P: StepPort, const MOTORS: usize>(
@@ -466,8 +467,8 @@ mod tests {
                 }
             });
             assert_eq!(calls, 10);
-            // The first segment's own; none where nothing changes. Off while held, then once more
-            // full; 0 with the last step and at rest.
+            // The power of the first segment first. Nothing while it does not change. Off while
+            // held, then full once more; 0 with the last step and at rest.
             let mut expected = Vec::new();
             expected.push(if held > 0 { 100 } else { 0 });
             expected.extend([0, 100, 0, 0]);

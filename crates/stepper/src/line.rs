@@ -8,7 +8,7 @@ use core::num::NonZeroU32;
 /// at the finest smoothing in 30 bits.
 pub const MAX_STEP_EVENTS: u32 = (1 << (30 - MAX_SMOOTHING_LEVEL)) - 1;
 
-/// A straight move as motor steps: how many each motor takes, and which way.
+/// A straight move as motor steps: the number and the direction of each motor's steps.
 ///
 /// The motor with the most steps is the *dominant* one; it steps at every step event.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -19,7 +19,7 @@ pub struct Line<const MOTORS: usize> {
     direction: MotorMask,
 }
 
-/// Why a move is not a line.
+/// The reason why a move cannot be a [`Line`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LineError {
@@ -44,7 +44,7 @@ impl<const MOTORS: usize> Line<MOTORS> {
     /// Makes the line that moves each motor by its signed number of steps.
     ///
     /// # Errors
-    /// [`LineError`] where nothing moves, or too far.
+    /// [`LineError`] where no motor steps, or one has too many steps.
     pub fn new(delta: [i32; MOTORS]) -> Result<Self, LineError> {
         let steps = delta.map(i32::unsigned_abs);
         let most = steps.iter().copied().max().unwrap_or(0);
@@ -74,10 +74,11 @@ impl<const MOTORS: usize> Line<MOTORS> {
         self.direction
     }
 
-    /// The part of this line that is left once `taken` step events have been made, the last of them
-    /// in a segment with this `early`; `None` where nothing is left.
+    /// The rest of this line after `taken` step events, the last of which was in a segment with
+    /// this `early`; `None` where nothing is left.
     ///
-    /// Main loop: for motion that goes on after another line came between (parking).
+    /// Called from the main loop, for motion that goes on after another line came between
+    /// (parking).
     pub fn rest(&self, taken: u32, early: Early) -> Option<Self> {
         let left = NonZeroU32::new(self.step_events.get().checked_sub(taken)?)?;
         let mut steps = self.steps;
@@ -93,19 +94,20 @@ impl<const MOTORS: usize> Line<MOTORS> {
     }
 }
 
-/// A line, and the tracer's state at its start: the main loop works it out, so that the tick which
-/// takes it only copies.
+/// A line, and the tracer's state at its start. The main loop computes the state, so that the tick
+/// which takes the line only copies it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LineStart<const MOTORS: usize> {
     line: Line<MOTORS>,
-    /// How far each motor is from its first step, less 1, in the tracer's units.
+    /// The distance of each motor from its first step, less 1, in the tracer's units.
     left: [u32; MOTORS],
 }
 
 impl<const MOTORS: usize> LineStart<MOTORS> {
-    /// Begins `line`: the dominant motor steps when a step event is complete, the others half-way
-    /// to it, and earlier by the `early` of the line's first segment. Main loop.
+    /// Makes the start of `line`. The dominant motor begins a whole step before its first step, the
+    /// others half a step before theirs, less the `early` of the line's first segment. Called from
+    /// the main loop.
     pub fn new(line: Line<MOTORS>, early: Early) -> Self {
         let early = early.in_whole_events();
         let events = line.step_events.get();
@@ -127,8 +129,8 @@ impl<const MOTORS: usize> LineStart<MOTORS> {
     }
 }
 
-/// Steps that a motor with `steps` in `events` has taken after the first `taken` step events: the
-/// nearest whole number to its share half a tick later, as the tracer finds it.
+/// The steps that a motor with `steps` in `events` has made after the first `taken` step events. As
+/// in the tracer, it is the whole number nearest to the motor's share half a tick later.
 fn taken_of(steps: u32, events: NonZeroU32, taken: u32, early: Early) -> u32 {
     if steps == events.get() {
         return taken;

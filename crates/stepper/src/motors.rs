@@ -12,7 +12,7 @@ impl MotorMask {
     /// No motor.
     pub const NONE: Self = Self(0);
 
-    /// Every motor that there is.
+    /// All eight motors.
     pub const ALL: Self = Self(u8::MAX);
 
     /// Makes a set from its bits.

@@ -2,8 +2,8 @@
 
 /// A change of up to eight digital outputs, one bit each. An output in neither mask stays as it is.
 ///
-/// It is a change, not all levels: outputs that are switched at once meanwhile (M64) keep their
-/// level.
+/// It is a change, not a set of levels. So an output that is switched at once meanwhile (M64) keeps
+/// its level.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct OutputChange {
@@ -40,7 +40,7 @@ impl OutputChange {
         }
     }
 
-    /// The levels that `levels` become.
+    /// The levels after this change, if they were `levels`.
     pub const fn applied_to(self, levels: u8) -> u8 {
         levels & !self.clear | self.set
     }

@@ -1,26 +1,27 @@
-//! The seam between step generation and hardware.
+//! The interface between step generation and hardware.
 
 use crate::{MotorMask, OutputChange, Power, Ticks};
 
 /// Pins and timer of the step interrupt. Implemented by the board and by the simulator.
 ///
 /// All methods are called from the step interrupt, in the order in which they stand here. Each
-/// interrupt calls those that have something new to say, and ends with [`StepPort::arm`] or
-/// [`StepPort::rest`]. None may wait or fail.
+/// interrupt calls those that have something to change, and ends with [`StepPort::arm`] or
+/// [`StepPort::rest`]. No method may wait or fail.
 pub trait StepPort {
-    /// Raises the step pins of `motors` at once: of one motor at least, and of none beyond those of
-    /// the machine. Sees to it that they fall again after the pulse width that is set, or later: a
-    /// pulse that is still high is made longer, not shorter.
+    /// Raises the step pins of `motors` at once; `motors` is never empty and names only motors of
+    /// the machine. Makes sure that the pins fall again after the pulse width that is set, or
+    /// later: a pulse that is still high is made longer, not shorter.
     fn step(&mut self, motors: MotorMask);
 
     /// Sets laser or spindle power until further notice. Called right after the steps with which it
     /// changes, at rest, and at every tick while the laser is held off.
     fn set_power(&mut self, power: Power);
 
-    /// Sets the direction pins for the steps to come: those of `negative` turn that way, all others
-    /// the other way. Called where a motor reverses, and where motion starts.
+    /// Sets the direction pins for the steps to come: the motors in `negative` turn in the negative
+    /// direction, all others in the positive one. Called where a motor reverses, and where motion
+    /// starts.
     ///
-    /// Takes effect when the pulse under way has ended, at once where none is, so that a driver
+    /// Takes effect when the present pulse has ended, or at once if there is none, so that a driver
     /// sees the old direction for the whole of the last pulse.
     fn set_direction(&mut self, negative: MotorMask);
 
@@ -28,8 +29,8 @@ pub trait StepPort {
     /// Called where a segment begins, mostly with nothing to change.
     fn change_outputs(&mut self, change: OutputChange);
 
-    /// Asks for the next interrupt `wait` after the instant at which this one was *due* (so that
-    /// latency does not add up). Returns whether that instant has passed already; the interrupt
+    /// Asks for the next interrupt `wait` after the instant at which this one was *due*, so that
+    /// latency does not add up. Returns whether the new instant has passed already; the interrupt
     /// then comes at once.
     fn arm(&mut self, wait: Ticks) -> bool;
 

@@ -6,8 +6,8 @@ use fixed::types::{I1F31, U1F31};
 ///
 /// *Full* is defined outside this crate, by `$30` and the PWM timer's period.
 ///
-/// Stored as power less full power, -2³¹ to 0. The processor's saturating addition stops at the
-/// lower end; a positive sum says that the upper end is passed.
+/// Stored as power minus full power, -2³¹ to 0. The processor's saturating addition stops at the
+/// lower end; a positive sum shows that the upper end was passed.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Hash)]
 pub struct Power {
     missing: i32,
@@ -18,8 +18,8 @@ pub type PowerChange = I1F31;
 
 /// Turns a [`Power`] into the compare value of a PWM timer.
 ///
-/// It is twice the timer's period. The upper 32 bits of its product with a share, which has 31 bits
-/// behind the point, are the level: nothing has to be shifted.
+/// It is twice the timer's period. A share has 31 bits after the point, so the upper 32 bits of the
+/// product of both are the compare value: nothing has to be shifted.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PowerScale(u32);
@@ -115,7 +115,7 @@ mod tests {
     }
 
     proptest! {
-        /// Against sums of 64 bits, which cannot overflow.
+        /// Compares with sums of 64 bits, which cannot overflow.
         #[test]
         fn a_change_is_an_addition_kept_within_the_range(share in 0u32..=1 << 31, change: i32) {
             let power = Power::from_share(U1F31::from_bits(share));

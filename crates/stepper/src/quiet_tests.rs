@@ -1,5 +1,5 @@
-//! A simulator that passes over quiet ticks makes the same steps at the same times as one that
-//! makes every call.
+//! A simulator that skips quiet ticks makes the same steps at the same times as one that makes
+//! every call.
 
 extern crate std;
 use crate::{
@@ -88,8 +88,8 @@ fn segments(delta: [i32; 3], cuts: &[(u16, usize, bool)], change: i32) -> Vec<Se
     all
 }
 
-/// Runs the segments to rest; answers the pins, and how many calls were passed over. At most `most`
-/// calls are passed over at a time.
+/// Runs the segments to rest; answers the pins, and how many calls were skipped. At most `most`
+/// calls are skipped at a time.
 fn run(segments: &[Segment<3>], most: u32) -> (Pins, u32) {
     let mut queue: Queue<Segment<3>, 512> = Queue::new();
     let (mut producer, mut consumer) = queue.split();

@@ -9,7 +9,7 @@ use fixed::types::{I32F32, U32F32};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Ticks(pub u32);
 
-/// Time from one tick to the next, in counts of the step timer, in steps of 2⁻³².
+/// Time from one tick to the next, in counts of the step timer, with a resolution of 2⁻³² counts.
 pub type Interval = U32F32;
 
 /// How much an [`Interval`] changes from one tick to the next.
@@ -20,21 +20,22 @@ pub type IntervalChange = I32F32;
 /// Made by the planner's segmenter (main loop), consumed by [`crate::Stepper`] (step interrupt).
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Segment<const MOTORS: usize> {
-    /// The line that begins with this segment; `None` where the one under way goes on.
+    /// The line that begins with this segment; `None` where the present line goes on.
     pub line: Option<LineStart<MOTORS>>,
     /// Ticks in this segment: step events times `2^smoothing`; 1 in a part of a step event.
     pub ticks: NonZeroU16,
     /// Ticks to a step event.
     pub smoothing: Smoothing,
-    /// The motors that advance in a part of a step event. A step event may be made in parts, one
-    /// tick each, so that each motor steps when it is due: each motor advances in one of the parts.
-    /// [`MotorMask::ALL`] in all other segments.
+    /// The motors that advance in a part of a step event. A step event may be divided into parts of
+    /// one tick each, so that each motor steps when it is due; each motor advances in one of the
+    /// parts. [`MotorMask::ALL`] in all other segments.
     pub motors: MotorMask,
-    /// Whether a step event ends with this segment: of the parts of one, only with the last.
+    /// Whether a step event ends with this segment: of the parts of a step event only the last one
+    /// ends it.
     pub ends_event: bool,
-    /// How long before their time motors other than the dominant one step: half a tick of
-    /// `smoothing`. In the last segment before one of coarser smoothing it is half a tick of that
-    /// one, since this half tick begins here. [`Early::of_a_part`] in parts.
+    /// How early motors other than the dominant one step: half a tick of `smoothing`. In the last
+    /// segment before a coarser smoothing it is half a tick of the coarser smoothing, because
+    /// motors have to be that early when it begins. [`Early::of_a_part`] in parts.
     pub early: Early,
     /// Time from the segment's start to its first tick.
     pub interval: Interval,
@@ -46,8 +47,8 @@ pub struct Segment<const MOTORS: usize> {
     pub power_change: PowerChange,
     /// The outputs that change at the segment's start.
     pub outputs: OutputChange,
-    /// The power at rest, where motion comes to rest with this segment's last tick; `None` where
-    /// more must follow: if nothing does, that is an underrun.
+    /// The power at rest, if motion comes to rest with this segment's last tick. `None` if another
+    /// segment has to follow; its absence is an underrun.
     pub at_rest: Option<Power>,
 }
 

@@ -1,4 +1,4 @@
-//! All that crosses between the step interrupt and everybody else, besides the segment queue.
+//! The words shared by the step interrupt and all other contexts, besides the segment queue.
 //!
 //! Each word has one writer, so that plain loads and stores are enough (no compare-and-swap, which
 //! a Cortex-M0 lacks):
@@ -10,19 +10,19 @@
 //! | motor lock | main loop; the switch interrupt alone while the limit switches are watched for homing | step interrupt, where restricted |
 //! | position, running, counters | step interrupt | anybody |
 //!
-//! A plain tick looks at one word only, *restricted*: whoever stops, locks or switches off sets it
-//! afterwards. The step interrupt clears it before it looks at the three words, and sets it again
-//! where one of them still holds: so nothing that is asked for is missed, whoever interrupts whom
-//! in between.
+//! An ordinary tick looks at one word only, *restricted*: everybody who stops, locks or switches
+//! off sets this word afterwards. The step interrupt clears it before it looks at the three other
+//! words, and sets it again if one of them is still in force. So no request is lost, whichever
+//! context interrupts the other in between.
 //!
 //! `running` has two writers that never meet: the main loop sets it before it starts the timer, the
 //! interrupt clears it as it stops the timer.
 //!
-//! All contexts run on one core: an interrupt sees every store that came before it, so that no
-//! memory barrier (`dmb`) is needed. Only the compiler could change the order. No word that a tick
-//! reads or writes says that another one is ready: their accesses are relaxed. `running` does say
-//! so. Words set before the start hold from the first tick on, and at rest the position is final:
-//! `running` is stored with release and loaded with acquire order.
+//! All contexts run on one core. An interrupt sees every store that came before it, so no memory
+//! barrier (`dmb`) is needed; only the compiler could change the order. The words that a tick reads
+//! or writes are independent of each other: their accesses are relaxed. `running` is different:
+//! words set before the start are in force from the first tick on, and at rest the position is
+//! final. So `running` is stored with release and loaded with acquire order.
 
 use crate::{MotorMask, Ticks};
 use core::sync::atomic::{compiler_fence, AtomicBool, AtomicI32, AtomicU32, AtomicU8, Ordering};
@@ -30,7 +30,8 @@ use core::sync::atomic::{compiler_fence, AtomicBool, AtomicI32, AtomicU32, Atomi
 /// Words shared by the step interrupt, the switch interrupts and the main loop.
 #[derive(Debug)]
 pub struct Shared<const MOTORS: usize> {
-    /// One of the next three words may hold: a stop, a laser that is held off, a locked motor.
+    /// Set where one of the next three words may be in force: a stop, a laser that is held off, a
+    /// locked motor.
     restricted: AtomicBool,
     stop: AtomicBool,
     laser_off: AtomicBool,
@@ -83,9 +84,9 @@ impl<const MOTORS: usize> Shared<MOTORS> {
 
     /// Holds the laser off, whatever later ticks ask for (`true`), or releases it. Any context.
     ///
-    /// The step interrupt obeys at its next tick. Whoever cannot wait for that one, or finds the
-    /// timer at rest, switches the laser off at the board as well: after this call no tick switches
-    /// it on again.
+    /// The step interrupt obeys at its next tick. A caller that cannot wait for that tick, or finds
+    /// the timer at rest, switches the laser off at the board as well. After this call no tick
+    /// switches it on again.
     pub fn set_laser_off(&self, off: bool) {
         self.laser_off.store(off, Ordering::Relaxed);
         self.restrict();
@@ -98,8 +99,8 @@ impl<const MOTORS: usize> Shared<MOTORS> {
     }
 
     /// Keeps the motors of `lock` from stepping: their pulses are neither made nor counted. Any
-    /// context, one at a time: whoever adds a motor to those that are locked must not be
-    /// interrupted by another one who does.
+    /// context, but one at a time: a context that adds a motor to the locked ones must not be
+    /// interrupted by another one that does so.
     pub fn set_motor_lock(&self, lock: MotorMask) {
         self.locked_motors.store(lock.bits(), Ordering::Relaxed);
         self.restrict();
@@ -111,9 +112,9 @@ impl<const MOTORS: usize> Shared<MOTORS> {
         MotorMask::from_bits(self.locked_motors.load(Ordering::Relaxed))
     }
 
-    /// Sets the least time between the last tick of a line and the first tick of the next, where
-    /// the next reverses a motor: pulse, its end, and the time that the drivers ask for. Main loop,
-    /// at rest.
+    /// Sets the least time between the last tick of a line and the first tick of the next, if the
+    /// next line reverses a motor: the pulse, the time to end it, and the time that the drivers ask
+    /// for. Main loop, at rest.
     pub fn set_direction_wait(&self, wait: Ticks) {
         self.direction_wait.store(wait.0, Ordering::Relaxed);
     }
@@ -124,7 +125,7 @@ impl<const MOTORS: usize> Shared<MOTORS> {
         Ticks(self.direction_wait.load(Ordering::Relaxed))
     }
 
-    /// Has the next tick look at stop, laser and motor lock.
+    /// Makes the next tick look at stop, laser and motor lock.
     fn restrict(&self) {
         compiler_fence(Ordering::SeqCst);
         self.restricted.store(true, Ordering::Relaxed);
@@ -136,8 +137,8 @@ impl<const MOTORS: usize> Shared<MOTORS> {
         self.restricted.load(Ordering::Relaxed)
     }
 
-    /// Has later ticks look at stop, laser and motor lock only while one of them holds. Step
-    /// interrupt only.
+    /// Makes later ticks look at stop, laser and motor lock only while one of them is in force.
+    /// Step interrupt only.
     pub(crate) fn refresh_restricted(&self) {
         self.restricted.store(false, Ordering::Relaxed);
         compiler_fence(Ordering::SeqCst);
@@ -167,7 +168,7 @@ impl<const MOTORS: usize> Shared<MOTORS> {
         self.underruns.load(Ordering::Relaxed)
     }
 
-    /// How often a tick was due before the one ahead of it had been dealt with, since power-up. Any
+    /// How often a tick was due before the work of the tick before it was done, since power-up. Any
     /// context.
     pub fn late_ticks(&self) -> u32 {
         self.late_ticks.load(Ordering::Relaxed)
@@ -175,7 +176,8 @@ impl<const MOTORS: usize> Shared<MOTORS> {
 
     /// Steps made by each motor since power-up, positive less negative. Any context.
     ///
-    /// While the motors run each number is right by itself; one step may come between two of them.
+    /// While motors run, each number is right by itself, but a step may come between the reading of
+    /// two of them.
     pub fn position(&self) -> [i32; MOTORS] {
         core::array::from_fn(|motor| match self.position.get(motor) {
             Some(count) => count.load(Ordering::Relaxed),
@@ -195,7 +197,7 @@ impl<const MOTORS: usize> Shared<MOTORS> {
     #[inline]
     pub(crate) fn count(&self, stepped: MotorMask, sign: &[i32; MOTORS]) {
         for (motor, (count, sign)) in self.position.iter().zip(sign).enumerate() {
-            // Multiplied and added at once: less than a branch.
+            // A multiplication with addition is cheaper than a branch.
             let step = i32::from(stepped.contains(motor)) * sign;
             count.store(
                 count.load(Ordering::Relaxed).wrapping_add(step),

@@ -27,15 +27,15 @@ impl Smoothing {
     }
 }
 
-/// How early motors other than the dominant one step: half a tick, so that they are as often early
-/// as late, or not at all.
+/// How early motors other than the dominant one step: half a tick, so that they are early as often
+/// as late; or not at all.
 ///
-/// The same byte also says whether the segment is a part of a step event. So the tick that loads a
-/// segment sees in one comparison whether there is anything out of the ordinary.
+/// The same byte also tells whether the segment is a part of a step event. So the tick that loads a
+/// segment needs one comparison to see whether anything is unusual.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Early {
-    /// 32nds of a step event, and [`PART`].
+    /// The earliness in 32nds of a step event, and the flag [`PART`].
     bits: u8,
 }
 
@@ -43,7 +43,7 @@ pub struct Early {
 const PART: u8 = 0x80;
 
 impl Early {
-    /// Not early: for step events that are made in parts, in which each motor steps at its time.
+    /// Not early: for step events in parts, in which each motor steps exactly when it is due.
     pub const NOT: Self = Self { bits: 0 };
 
     /// Early by half a tick of `smoothing`.
@@ -53,7 +53,7 @@ impl Early {
         }
     }
 
-    /// The same in a segment that is a part of a step event.
+    /// The same earliness, for a segment that is a part of a step event.
     #[must_use]
     pub const fn of_a_part(self) -> Self {
         Self {
@@ -61,12 +61,12 @@ impl Early {
         }
     }
 
-    /// Whether this is the value of a part of a step event.
+    /// Whether it belongs to a part of a step event.
     pub const fn is_of_a_part(self) -> bool {
         self.bits & PART != 0
     }
 
-    /// The same in a segment of whole step events.
+    /// The same earliness, for a segment of whole step events.
     #[must_use]
     pub(crate) const fn in_whole_events(self) -> Self {
         Self {
@@ -74,13 +74,14 @@ impl Early {
         }
     }
 
-    /// The byte: in its lower seven bits 32nds of a step event.
+    /// The byte: the earliness in 32nds of a step event in the lower seven bits, the flag of a part
+    /// in the highest.
     pub const fn bits(self) -> u8 {
         self.bits
     }
 
-    /// The way that a motor with `steps` steps in the line makes in that time, in the tracer's
-    /// units: sixteenths of a step, divided by the line's step events.
+    /// The distance that a motor with `steps` in the line advances in that time, in the tracer's
+    /// units: a sixteenth of a step, divided by the line's step events.
     #[inline]
     pub(crate) const fn of(self, steps: u32) -> u32 {
         (steps * self.bits as u32) >> 1

@@ -9,7 +9,7 @@ use crate::{
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Tick {
-    /// Time from the tick before (or from the start out of rest) to this one.
+    /// Time from the tick before (or from the start out of rest) to this tick.
     pub wait: Ticks,
     /// The motors that step at this tick; none at most smoothing ticks.
     pub step: MotorMask,
@@ -33,8 +33,8 @@ pub enum Progress {
     Underrun,
 }
 
-/// This bit is set in numbers below 0 (modulo 2³²) and in no others: the tracer counts to less than
-/// 2³⁰.
+/// This bit is set in negative numbers (modulo 2³²) and in no others, because the tracer counts to
+/// less than 2³⁰.
 const SIGN: u32 = 30;
 
 /// Turns segments into ticks.
@@ -42,20 +42,21 @@ const SIGN: u32 = 30;
 /// Lives in the step interrupt. `MOTORS` is 1 to 6 (8 at most).
 #[derive(Clone, Debug)]
 pub struct Stepper<const MOTORS: usize> {
-    /// How far each motor is from its next step, less 1: it steps where this falls below 0.
+    /// The distance of each motor from its next step, less 1: the motor steps when this falls below
+    /// 0.
     left: [u32; MOTORS],
-    /// How far a tick brings each motor.
+    /// The distance by which a tick advances each motor.
     increment: [u32; MOTORS],
-    /// How far it is from step to step: sixteen times the line's step events.
+    /// The distance from one step to the next: sixteen times the line's step events.
     full: u32,
     /// How early motors other than the dominant one step.
     early: Early,
-    /// Ticks that the segment still has; none left where it is 0 or less.
+    /// Ticks that the segment still has; none if 0 or less.
     ticks_left: i32,
     /// Bits of the next [`Interval`].
     interval: u64,
     interval_change: IntervalChange,
-    /// The part of a timer count that the waits so far have left over, in 2⁻³² counts.
+    /// The fraction of a timer count that is left over from the waits so far, in 2⁻³² counts.
     fraction: u32,
     power: Power,
     power_change: PowerChange,
@@ -92,8 +93,8 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
 
     /// Produces the next tick, taking a segment from `next` where the last one is used up.
     ///
-    /// For tests and traces. The step interrupt takes the same steps one by one, without a `Tick`.
-    /// Bounded: the only loops are over the motors.
+    /// For tests and traces. The step interrupt does the same work in pieces, without a `Tick`.
+    /// Bounded: its only loops are over the motors.
     pub fn tick(&mut self, next: impl FnOnce() -> Option<Segment<MOTORS>>) -> Progress {
         let mut outputs = OutputChange::NONE;
         let power = self.next_power(|| None);
@@ -119,8 +120,8 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         })
     }
 
-    /// Takes one more tick of the segment, up to which `power` is put out. Returns the motors that
-    /// step at it; `None` where no tick is left and another segment has to be loaded.
+    /// Takes one more tick of the segment; `power` is the power up to this tick. Returns the motors
+    /// that step at it; `None` where no tick is left and another segment has to be loaded.
     #[inline]
     pub(crate) fn take_tick(&mut self, power: Power) -> Option<MotorMask> {
         self.ticks_left = self.ticks_left.wrapping_sub(1);
@@ -131,9 +132,9 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         Some(self.trace())
     }
 
-    /// How many of the next ticks of the segment leave the power alone and step no motor; the last
-    /// of them may step one. The last tick of the segment does not count: the one after it may
-    /// change the power.
+    /// How many of the next ticks of the segment leave the power alone and step no motor, except
+    /// that the last of them may step one. The last tick of the segment is not counted, because the
+    /// power may change after it.
     pub(crate) fn quiet_ticks(&self) -> u32 {
         if self.power_change != PowerChange::ZERO {
             return 0;
@@ -178,7 +179,8 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         Ticks((due >> 32) as u32)
     }
 
-    /// Begins a line; `early` is that of its first segment. Returns whether a motor reverses.
+    /// Begins a line; `early` is the earliness in its first segment. Returns whether a motor
+    /// reverses.
     #[inline]
     pub(crate) fn begin(&mut self, start: &LineStart<MOTORS>, early: Early) -> bool {
         let line = start.line();
@@ -191,9 +193,9 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         turns
     }
 
-    /// Has the motors other than the dominant one step as early as `segment` says. Where that is
-    /// earlier than before, a motor may be due by now: it then steps at the next tick. In a part of
-    /// a step event only the motors of that part advance.
+    /// Makes the motors other than the dominant one step as early as `segment` asks. Where that is
+    /// earlier than before, a motor may be due already: it then steps at the next tick. In a part
+    /// of a step event only the motors of that part advance.
     #[cold]
     #[inline(never)]
     fn change_early(&mut self, segment: &Segment<MOTORS>) {
@@ -230,7 +232,7 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         self.trace()
     }
 
-    /// Begins motion out of rest: `power` is out by now.
+    /// Begins motion out of rest; the caller has put out `power`.
     pub(crate) fn start(&mut self, power: Power) {
         self.power = power;
     }
@@ -241,9 +243,9 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         self.power
     }
 
-    /// The power from the tick on that was taken last. Within the segment it is the segment's.
-    /// Where the segment ends there, it is that of the `next` one, or, where motion ends, the power
-    /// at rest. It stays as it is where the next segment is still missing.
+    /// The power from the last tick that was taken on. Within a segment it is the power of the
+    /// segment. At the end of a segment it is the power of the `next` segment, or, where motion
+    /// ends, the power at rest. It stays as it is while the next segment is missing.
     pub(crate) fn next_power(&self, next: impl FnOnce() -> Option<Power>) -> Power {
         if self.ticks_left > 0 {
             self.power.changed_by(self.power_change)
@@ -252,8 +254,8 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         }
     }
 
-    /// Whole counts to wait for the tick that was taken; the fraction is carried on. Called once
-    /// for each tick.
+    /// The whole counts to wait for the tick that was taken; the fraction is carried on. Called
+    /// once for each tick.
     #[inline]
     pub(crate) fn wait(&mut self) -> Ticks {
         let due = self.interval.wrapping_add(u64::from(self.fraction));
@@ -264,7 +266,7 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         Ticks((due >> 32) as u32)
     }
 
-    /// The power at rest, where no segment follows as planned; `None` where one was missing.
+    /// The power at rest, if motion was planned to end here; `None` after an underrun.
     pub(crate) fn run_out(&mut self) -> Option<Power> {
         self.fraction = 0;
         let planned = self.at_rest;
@@ -286,10 +288,10 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
     #[inline]
     fn trace(&mut self) -> MotorMask {
         let mut step = 0u32;
-        // The last motor first: its bit is pushed up by those of the others.
+        // The last motor first: its bit is moved up as the bits of the others follow.
         for (left, increment) in self.left.iter_mut().zip(&self.increment).rev() {
             let next = left.wrapping_sub(*increment);
-            // 1 where `next` is below 0 and the motor steps. Multiplied, it takes fewer
+            // 1 where `next` is negative and the motor steps. A multiplication takes fewer
             // instructions than a branch.
             let steps = next >> SIGN & 1;
             *left = next.wrapping_add(self.full.wrapping_mul(steps));
@@ -329,7 +331,7 @@ mod tests {
         }
     }
 
-    /// Runs `segments` out and returns their ticks and how they ended.
+    /// Runs all of `segments`; returns their ticks and how they ended.
     fn run(stepper: &mut Stepper<3>, segments: &[Segment<3>]) -> (Vec<Tick>, Progress) {
         let mut queue = segments.iter().copied();
         let mut ticks = Vec::new();
@@ -436,8 +438,8 @@ mod tests {
     }
 
     proptest! {
-        /// Against exact division: after k step events each motor has taken the whole number of
-        /// steps nearest to its share half a tick later, whatever the smoothing does in between.
+        /// Compares with exact division: after k step events each motor has made the whole number
+        /// of steps nearest to its share half a tick later, whatever the smoothing was in between.
         #[test]
         fn the_tracer_agrees_with_exact_division(
             x in -300i32..300, y in -300i32..300, z in -300i32..300,
@@ -471,7 +473,7 @@ mod tests {
                         } else {
                             full / 2 + (steps << (4 - wanted)) / 2
                         };
-                        // A step that came early in a coarser segment is not taken again.
+                        // A step that came early, in a coarser segment, is not made again.
                         due[m] = due[m].max((steps * now + ahead) / full);
                         prop_assert_eq!(*t, due[m], "motor {} tick {}", m, k);
                     }
@@ -481,7 +483,7 @@ mod tests {
             prop_assert_eq!(&taken, line.steps());
         }
 
-        /// Against the closed form p·k + d·k(k−1)/2.
+        /// Compares with the closed form p·k + d·k(k−1)/2.
         #[test]
         fn tick_k_comes_when_the_formula_says(p in 50_000u64..1<<40, d in -1000i64..1000, n in 1u16..300) {
             let line = Line::new([300, 0, 0]).unwrap();

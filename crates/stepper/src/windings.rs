@@ -1,20 +1,20 @@
-//! Motors whose windings the board switches itself: no driver counts steps.
+//! Motors whose windings the board switches itself: there is no driver that counts steps.
 //!
 //! ```text
 //!   on_timer --> StepPort: Windings --+--> WindingPort: the lines of each motor that steps
 //!                                     +--> the board's own StepPort: timer, power, outputs
 //! ```
 //!
-//! A step takes a motor to the next state of its table, or back to the one before. Where nothing
-//! steps the lines stay as they are, so that the motor holds; [`Windings::energise`] takes the
-//! current off and puts the same state on again.
+//! A step takes a motor to the next state of its table, or back to the one before. While it does
+//! not step, its lines keep their state, so that the motor holds its place. [`Windings::energise`]
+//! switches the current off, and the same state on again.
 
 use crate::{MotorMask, OutputChange, Power, StepPort, Ticks};
 
 /// States of a motor's lines in the order of forward steps: bit *n* is line *n*, counted from 0.
 pub type WindingTable<const STATES: usize> = [u8; STATES];
 
-/// Half steps of a motor with five phases: from one to the next a single line changes.
+/// Half steps of a motor with five phases: from one state to the next a single line changes.
 pub const FIVE_PHASE_HALF_STEPS: WindingTable<10> = [
     0b1_0011, 0b0_0011, 0b0_0111, 0b0_0110, 0b0_1110, 0b0_1100, 0b1_1100, 0b1_1000, 0b1_1001,
     0b1_0001,
@@ -27,8 +27,8 @@ pub trait WindingPort {
     fn put(&mut self, motor: usize, lines: u8);
 }
 
-/// A [`StepPort`] that switches windings. All but steps and directions goes to the board's own
-/// `port`, whose step pins stay unused.
+/// A [`StepPort`] that switches windings. Everything except steps and directions goes to the
+/// board's own `port`, whose step pins stay unused.
 #[derive(Debug)]
 pub struct Windings<P, W, const MOTORS: usize, const STATES: usize> {
     port: P,
@@ -56,7 +56,7 @@ where
         }
     }
 
-    /// Switches all motors on, each at the state that it has, or all lines off. For
+    /// Switches the current of all motors on, each in its present state of the table, or off. For
     /// `Board::enable_motors`, at rest.
     pub fn energise(&mut self, on: bool) {
         self.energised = on;

@@ -61,7 +61,7 @@ impl<'a> Board<'a> {
         Ok(lines)
     }
 
-    /// Lets time pass, and drops what comes meanwhile.
+    /// Lets time pass, and drops the bytes that come meanwhile.
     pub(crate) fn wait(&mut self, seconds: f64) -> Result<(), Failure> {
         let end = self.link.seconds() + seconds;
         while self.link.seconds() < end {

@@ -13,7 +13,7 @@ const LINE: SerialPort = SerialPort::Usart1;
 /// The cycles that each look at the line lets pass: 60 µs.
 const LOOK: u64 = 10_000;
 
-/// What is wrong with an emulated board: nothing, or one planted fault.
+/// The fault of an emulated board: none, or one planted fault.
 #[derive(Clone, Copy)]
 pub(crate) enum Fault {
     /// It is as it should be.

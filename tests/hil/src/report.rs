@@ -6,9 +6,9 @@ use std::{fmt, ops::RangeInclusive};
 pub(crate) struct Row {
     /// The measured thing.
     pub(crate) what: String,
-    /// What it has to be.
+    /// The expected value.
     pub(crate) expected: String,
-    /// What it is.
+    /// The measured value.
     pub(crate) measured: String,
     pub(crate) holds: bool,
 }
@@ -88,7 +88,7 @@ pub(crate) struct Report {
     pub(crate) sections: Vec<Section>,
 }
 
-/// What this test cannot show.
+/// The properties that this test cannot show.
 const UNSEEN: &str = "\
 Not seen by this test:
   all that is common to the edge and to the timer that captures it: both count the same clock. Only its mean rate is compared,
@@ -102,7 +102,7 @@ Not seen by this test:
   motors, drivers, the laser
 ";
 
-/// What the report of an emulated board means.
+/// The meaning of the report of an emulated board.
 const EMULATED: &str = "\
 THE BOARD WAS EMULATED. That this report passes shows that the test measures, and that firmware and simulator agree. It shows
 nothing about a chip.

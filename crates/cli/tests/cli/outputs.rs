@@ -328,7 +328,7 @@ fn the_path_goes_on_from_where_homing_has_led() {
         let text = text.split('<').next().unwrap();
         data_encoding::BASE64.decode(text.as_bytes()).unwrap().len()
     };
-    // The moves are the begin, three moves, and the jump of homing: 20 bytes each, and 4 bytes for
+    // The moves are the start, three moves, and the jump of homing: 20 bytes each, and 4 bytes for
     // each length.
     assert_eq!((size("moves"), size("lengths")), (5 * 20, 5 * 4));
 }

@@ -1,6 +1,6 @@
 //! The CRC unit (RM0090 chapter 4): CRC-32 of whole words, the highest bit first.
 
-/// CRC_DR, CRC_IDR and CRC_CR, from the begin of the unit's registers.
+/// CRC_DR, CRC_IDR and CRC_CR, from the start of the unit's registers.
 const DR: u32 = 0x0;
 const IDR: u32 = 0x4;
 const CR: u32 = 0x8;

@@ -1,4 +1,4 @@
-//! What the numbers of a file show about the zeros that they leave out.
+//! Finds out, from the numbers of a file, which zeros they leave out.
 //!
 //! A program that leaves out leading zeros never writes one, and the same holds for trailing zeros.
 //! So a file with a leading zero keeps leading zeros. If it has no trailing zero at the same time,

@@ -77,7 +77,7 @@ pub enum Zeros {
     Trailing,
 }
 
-/// What the user has stated about a file; this overrides what the file states.
+/// The facts that the user states about a file; they override the facts that the file states.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Known {
     /// The unit.
@@ -88,13 +88,13 @@ pub struct Known {
     pub zeros: Option<Zeros>,
 }
 
-/// What is known about a file's numbers so far.
+/// The facts that are known about a file's numbers so far.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Format {
     told: Known,
     /// The file's own statements.
     pub(super) said: Known,
-    /// What the numbers show, and the line of the first number that shows it.
+    /// The fact that the numbers show, and the line of the first number that shows it.
     shown: Option<(Zeros, usize)>,
     /// Whether there was an `M48`: after it, a unit has to be given.
     pub(super) has_header: bool,

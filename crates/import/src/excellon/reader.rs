@@ -12,7 +12,7 @@ use crate::{Fault, Mm, Point};
 pub(super) const MOST_HITS: usize = 100_000;
 pub(super) const TOO_MANY: &str = "more than 100000 holes";
 
-/// What coordinates mean.
+/// The meaning of coordinates.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Mode {
     /// A hole.

@@ -1,5 +1,5 @@
-//! An M code of an extension that is put aside: until `~` the operator has the machine (a tool
-//! change).
+//! An M code of an extension that is put aside, such as a tool change: the operator has the machine
+//! until `~`.
 //!
 //! ```text
 //!   M6 --SetAside--> Collecting --nothing comes for 100 ms, or 300 ms--> Waiting --~--> Returning --Done--> `ok`, then the kept lines
@@ -12,15 +12,15 @@ use crate::board::{ChannelId, Duration, Instant};
 use crate::extension::{Call, Shown};
 use crate::interpreter::ModalState;
 
-/// After a silence of this length (100 ms), a sender that fills the receive buffer has nothing more
-/// on the way.
+/// After a silence of this length (100 ms), a sender that keeps the receive buffer full has nothing
+/// more on the way.
 pub(crate) const SETTLE: Duration = Duration::from_ticks(100_000);
 
-/// Collecting ends after this time (300 ms) in any case: a sender that sends questions all the time
-/// is never silent.
+/// Collecting ends after this time (300 ms) in any case, because a sender that asks for reports all
+/// the time is never silent.
 pub(crate) const LONGEST: Duration = Duration::from_ticks(300_000);
 
-/// How far an M code that is put aside has come.
+/// The phase of an M code that is put aside.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Phase {
     /// Lines that the sender had on the way are kept.
@@ -50,7 +50,7 @@ pub(crate) struct Aside {
     pub(crate) kept: usize,
 }
 
-/// Lines that were kept, and are taken again.
+/// Lines that were kept and are now carried out.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Kept {
     /// The channel that they came from.

@@ -5,10 +5,10 @@
 //!  Door:3  unpark --> spindle on, 4 s --> coolant on, 1 s --> back into the work --> laser on, Run or Idle
 //! ```
 //!
-//! The motions are left out on machines without parking, while parking is forbidden (M56 P0),
-//! without homing (`$22`), and where the spindle is higher than the place to park already. Only
-//! outputs that were on are waited for. A laser needs no wait: it comes back with the program.
-//! `$SLP` goes the same way as far as `park`.
+//! The motions are left out on machines without parking or without homing (`$22`), while parking is
+//! forbidden (M56 P0), and where the spindle is already higher than the parking place. Only outputs
+//! that were on are waited for. A laser needs no wait: it comes on again with the program. `$SLP`
+//! does the same up to `park`.
 
 use super::door_cycle::{DoorCycle, Step};
 use crate::board::{Board, Duration, Instant};
@@ -189,7 +189,7 @@ where
         if let Some(axis) = target.get_mut(parking.axis) {
             *axis = height;
         }
-        // Where the axis is there already, nothing is planned and the step ends at once.
+        // If the axis is there already, nothing is planned and the step ends at once.
         let _ = self.motion.push_aside(&Move {
             target,
             feed: Feed::PerMinute(rate / 60.0),

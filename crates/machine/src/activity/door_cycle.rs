@@ -1,10 +1,10 @@
-//! How far the door's sequence has come, and where it parks.
+//! The steps of the door's sequence, and the parking place.
 
 use crate::board::Instant;
 use crate::config::ParkingConfig;
 use leadscrew_planner::Coordinate;
 
-/// How far the door's sequence has come.
+/// The steps of the door's sequence.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Step {
     PullOut,

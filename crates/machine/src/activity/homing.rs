@@ -17,17 +17,17 @@
 //! ```
 //!
 //! Both motors have the same count of steps at the start of each motion. So the difference of their
-//! counts is how far one has gone on since the other was locked. More than the configuration allows
-//! is ALARM:10. Afterwards both count as one motor again.
+//! counts is the distance by which one has gone on since the other was locked. A distance above the
+//! configured one is ALARM:10. Afterwards both count as one motor again.
 //!
 //! Axes that share motors (crossed belts) home one by one, whatever their group, and a contact
 //! locks all of these motors.
 //!
 //! Before each motion the switches have `$26` milliseconds to settle. The main loop locks the
-//! motors whose switch is closed already, and then leaves the motor lock to the switch interrupt,
-//! its only writer until the approach ends. At the contact that interrupt locks the motor at that
-//! very step ([`crate::inputs`]); a group's other axes go on until they meet theirs. Rates are
-//! multiplied by √n for n axes at once, so that each moves at the rate that is set.
+//! motors whose switch is closed already. Then it leaves the motor lock to the switch interrupt,
+//! its only writer until the approach ends. At a contact that interrupt locks the motor at that
+//! very step ([`crate::inputs`]); the group's other axes go on until they meet their switches.
+//! Rates are multiplied by √n for n axes at once, so that each axis moves at the set rate.
 
 use super::switch_cycle::{LastMove, Phase, SwitchCycle, Wait};
 use crate::activity::line::Origin;
@@ -46,9 +46,9 @@ use leadscrew_gcode::Number;
 use leadscrew_planner::{Coordinate, Feed, Kinematics, Move, MoveKind, MovePower};
 use leadscrew_stepper::{MotorMask, OutputChange};
 
-/// How far a search goes, in travels.
+/// The length of a search, in travels of the axis.
 const SEARCH_TRAVELS: f32 = 1.5;
-/// How far the second approach goes, in pull-off distances.
+/// The length of the second approach, in pull-off distances.
 const LOCATE_PULL_OFFS: f32 = 5.0;
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
@@ -107,8 +107,7 @@ where
         }
     }
 
-    /// Begins a motion, unless a switch closes in these very instructions: then the next poll
-    /// begins it.
+    /// Begins a motion. If a switch closes just now, the next poll begins it instead.
     fn begin_phase<B: Board>(&mut self, phase: Phase, group: AxisMask, board: &B) {
         match phase {
             Phase::Search | Phase::Locate => {
@@ -133,9 +132,9 @@ where
         }
     }
 
-    /// Locks the motors whose switch is closed already, and has the switch interrupt lock the
-    /// others. Answers whether all motors with a closed switch are locked: the interrupt does not
-    /// act on an edge that comes between the two steps. At rest.
+    /// Locks the motors whose switch is closed already, and lets the switch interrupt lock the
+    /// others. Answers whether all motors with a closed switch are locked: an edge that comes
+    /// between the two steps locks no motor. At rest.
     fn watch_switches<B: Board>(&self, motors: MotorMask, board: &B) -> bool {
         let sharing = self.motion.sharing();
         self.switches.inputs.watch_homing(MotorMask::NONE, sharing);
@@ -304,7 +303,7 @@ where
         }
     }
 
-    /// Gives motors and limit switches back to their state outside homing.
+    /// Puts motor lock and limit switches back to their state outside homing.
     pub(crate) fn release_homing(&mut self) {
         self.switches
             .inputs

@@ -267,7 +267,7 @@ impl<'a> Console<'a> {
         read
     }
 
-    /// Has the bytes in a channel's receive queue wait, or lets them be read again.
+    /// Keeps the bytes in a channel's receive queue waiting, or lets them be read again.
     pub(crate) fn block(&mut self, id: ChannelId, blocked: bool) {
         if let Some(channel) = self.channel(id) {
             channel.blocked = blocked;

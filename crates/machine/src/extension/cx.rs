@@ -78,8 +78,8 @@ impl<'a, const AXES: usize> Cx<'a, AXES> {
         self.out.message(text);
     }
 
-    /// Has synchronised outputs change where the next move of the program begins, together with the
-    /// changes asked for before. A reset, an alarm and the end of the program forget them.
+    /// Makes synchronised outputs change where the next move of the program begins, together with
+    /// the changes asked for before. A reset, an alarm and the end of the program forget them.
     pub fn with_next_move(&mut self, change: OutputChange) {
         self.outputs = self.outputs.then(change);
     }

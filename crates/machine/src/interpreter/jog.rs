@@ -10,7 +10,7 @@ use super::words::Block;
 use super::Interpreter;
 
 impl<const AXES: usize> Interpreter<AXES> {
-    /// Reads a jog: the line behind `$J=`. `None` where it has no axis words and hence moves
+    /// Reads a jog: the line after `$J=`. `None` where it has no axis words and hence moves
     /// nothing.
     ///
     /// Changes nothing, as it takes more than a line to accept a jog: the caller looks at the soft

@@ -1,16 +1,16 @@
 //! The main loop's end of the segment queue: hands segments over, and no more than 2 ms of them.
 //!
-//! A segment in the queue can no longer be changed: a hold, an override or a cancel acts behind it.
-//! The time committed is the rest of the segment under way and all segments that wait:
+//! A segment in the queue cannot be changed any more: a hold, an override or a cancel takes effect
+//! after it. The time committed is the rest of the segment under way and all segments that wait:
 //!
 //! ```text
 //!    left of the one under way | waiting ...          | room for the longest | laser's lead
 //!    <--------------------------------- 2 ms ----------------------------------------->
 //! ```
 //!
-//! The main loop notices the begin of a segment late, never early. So its estimate of the committed
+//! The main loop notices the start of a segment late, never early. So its estimate of the committed
 //! time is too long rather than too short. No segment is longer than [`Feeder::longest_segment`]; a
-//! slow step takes several.
+//! slow step takes several segments.
 
 use crate::board::{Board, Duration, Instant};
 use crate::config::{COMMITTED, SEGMENTS};
@@ -18,21 +18,21 @@ use heapless::spsc::Producer;
 use heapless::Deque;
 use leadscrew_stepper::{Segment, Shared};
 
-/// [`COMMITTED`] is reduced by this time, since a byte may have come that segments do not know of:
-/// 50 µs until a board looks at received bytes, some for its interrupts, and a microsecond for each
-/// rounding of the time.
+/// [`COMMITTED`] is reduced by this time, because a byte may have come that the segments made now
+/// do not take into account: 50 µs until a board looks at received bytes, some for its interrupts,
+/// and a microsecond for each rounding of the time.
 const UNSEEN: Duration = Duration::from_ticks(100);
 
 /// A further reduction where power has a lead: half a tick of fast steps, for which power is needed
 /// beyond the lead.
 const HALF_A_TICK: Duration = Duration::from_ticks(50);
 
-/// With less than this left in the queue and under way, the main loop does not wait for the begin
-/// of the next segment. It is more than the time of a `Machine::poll` (0.4 ms).
+/// When this much committed motion is left, the main loop makes the next segment, and does not wait
+/// until the last one begins. It is more than the time of a `Machine::poll` (0.4 ms).
 const SHORT: Duration = Duration::from_ticks(450);
 
-/// Ticks closer than this leave the main loop little of the time. On the F407 with a tick every 2.7
-/// µs it is two fifths. A line may then take as long as a segment lasts, so segments come first, as
+/// Ticks closer than this leave the main loop little time: on the F407, with a tick every 2.7 µs,
+/// two fifths of it. A line may then take as long as a segment lasts, so segments come first, as
 /// soon as there is room for them.
 const CROWDED: Duration = Duration::from_ticks(4);
 
@@ -50,16 +50,16 @@ const ROUNDED_OFF: u32 = 4;
 pub(crate) struct Feeder<'a, const MOTORS: usize> {
     segments: Producer<'a, Segment<MOTORS>>,
     shared: &'a Shared<MOTORS>,
-    /// Durations of the segments that wait in the queue and of the one under way, oldest first,
+    /// Durations of the segment under way and of the segments that wait in the queue, oldest first,
     /// timer counts.
     durations: Deque<u32, { SEGMENTS + 1 }>,
-    /// Their sum.
+    /// The sum of `durations`.
     committed: u32,
-    /// When the oldest of them began, or later, timer counts modulo 2³².
+    /// The instant at which the oldest of them began, or a later one: timer counts modulo 2³².
     since: u32,
     /// Timer counts in a microsecond, rounded down.
     counts_per_us: u32,
-    /// The bounds of what is handed over.
+    /// The bounds of segments and of the committed time.
     bounds: Bounds,
     /// The part of the segment under way that was over at the last look, timer counts.
     over: u32,
@@ -67,16 +67,16 @@ pub(crate) struct Feeder<'a, const MOTORS: usize> {
     is_crowded: bool,
 }
 
-/// The bounds of what is handed over.
+/// The bounds of segments and of the committed time.
 struct Bounds {
     /// The longest segment, µs.
     longest_us: u32,
-    /// Where more is committed, there is no room for another segment, timer counts.
+    /// The most committed time with which one more segment may be handed over, timer counts.
     committed: u32,
-    /// Where more is committed, nothing more may wait for the power's lead, timer counts.
+    /// The most committed time with which one more segment may wait for the power's lead, timer
+    /// counts.
     waiting: u32,
-    /// [`SHORT`], timer counts: when only this is left, the next segment is asked for at the
-    /// latest.
+    /// [`SHORT`], timer counts: the next segment is made when only this is left, at the latest.
     short: u32,
     /// [`CROWDED`], timer counts.
     crowded: u32,
@@ -103,7 +103,7 @@ impl Bounds {
     }
 }
 
-/// When motion wants another segment.
+/// The time at which motion needs another segment.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Hunger {
     /// One more could be committed now.
@@ -115,7 +115,7 @@ pub(crate) enum Hunger {
 }
 
 impl Hunger {
-    /// The instant that it names.
+    /// The instant, if it is one.
     pub(crate) fn at(self) -> Option<Instant> {
         match self {
             Self::At(at) => Some(at),
@@ -145,7 +145,8 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         }
     }
 
-    /// Sets how long the power's lead keeps segments waiting, µs, below [`COMMITTED`]. At rest.
+    /// Sets the time for which the power's lead keeps segments waiting, µs, below [`COMMITTED`].
+    /// Called at rest.
     pub(crate) fn set_lead(&mut self, lead_us: u32) {
         self.bounds = Bounds::new(lead_us, self.counts_per_us);
     }
@@ -155,8 +156,8 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         self.bounds.longest_us as f32 * 1e-6
     }
 
-    /// Timer counts of segments that may wait for the power's lead. With one segment more, the
-    /// committed time is still within its bound.
+    /// The most timer counts of segments that may wait for the power's lead. With one segment more,
+    /// the committed time is still within its bound.
     pub(crate) fn room(&self) -> u32 {
         self.bounds.waiting.saturating_sub(self.left())
     }
@@ -166,9 +167,10 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         self.left() <= self.bounds.committed && self.segments.ready()
     }
 
-    /// When there is to be another segment. Where there is no room for one now: when the committed
-    /// motion has come down to [`Feeder::least`], if the step interrupt takes no segment before. A
-    /// waiting segment may be short, and the next must be there before it is over.
+    /// The time at which another segment is needed. If there is no room for one now, that is when
+    /// the committed motion has come down to [`Feeder::least`], if the step interrupt takes no
+    /// segment before. A waiting segment may be short, and the next one must be there before it
+    /// ends.
     pub(crate) fn hunger(&self, now: Instant) -> Hunger {
         if self.has_room() {
             Hunger::Now
@@ -181,15 +183,15 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         }
     }
 
-    /// Whether motion is about to run dry: less than [`Feeder::least`] is left, at which the main
-    /// loop asked to be woken. So the main loop is late.
+    /// Whether motion may run out of segments: less than [`Feeder::least`] is left. The main loop
+    /// wanted to be woken at that point, so it is late.
     pub(crate) fn is_short(&self) -> bool {
         self.shared.is_running() && self.left() < self.least()
     }
 
     /// The next segment is made when less than this is left, timer counts. Usually that is
-    /// [`SHORT`]: committed motion can no longer be changed, so the segment is made late. Where ticks
-    /// are [`CROWDED`], a segment takes long to make, so it is made as soon as there is room.
+    /// [`SHORT`]: committed motion cannot be changed, so the segment is made late. Where ticks are
+    /// [`CROWDED`], a segment takes long to make, so it is made as soon as there is room.
     fn least(&self) -> u32 {
         match self.is_crowded {
             true => self.bounds.committed,
@@ -197,7 +199,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         }
     }
 
-    /// Commits a segment; [`Feeder::has_room`] said yes.
+    /// Commits a segment. The caller has checked [`Feeder::has_room`].
     pub(crate) fn push(&mut self, segment: Segment<MOTORS>) {
         let duration = segment.duration();
         self.is_crowded = segment.interval < self.bounds.crowded;
@@ -224,7 +226,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
     }
 
     /// Looks at the queue: drops the durations of the segments that are over, and notes how much of
-    /// the one under way is over. At the begin of a turn of the main loop.
+    /// the one under way is over. At the start of a turn of the main loop.
     pub(crate) fn look(&mut self, now: Instant) {
         let now = self.counts(now);
         let is_running = self.shared.is_running();
@@ -322,8 +324,8 @@ mod tests {
         assert!(has_room(&mut feeder, at(950)));
     }
 
-    /// The most that is committed, µs, with the longest segments and all that the power's lead
-    /// needs.
+    /// The longest committed time, µs, with the longest segments and everything that the power's
+    /// lead needs.
     fn committed_with(lead_us: u32) -> u32 {
         let mut queue = SegmentQueue::<1>::new();
         let (sender, _consumer) = queue.split();
@@ -400,7 +402,7 @@ mod tests {
         assert!(has_room(&mut feeder, at(650)));
     }
 
-    /// Segments last a fraction of a count longer than their durations say. However many have
+    /// Segments last a fraction of a count longer than their durations tell. However many have been
     /// played, the estimate of the committed time is never too short.
     #[test]
     fn fractions_of_counts_do_not_add_up() {
@@ -435,7 +437,7 @@ mod tests {
     }
 
     proptest! {
-        /// Against the exact sum, `p·n + d·n(n−1)/2` in 2⁻³² counts.
+        /// Compares with the exact sum, `p·n + d·n(n−1)/2` in 2⁻³² counts.
         #[test]
         fn a_duration_is_shorter_than_its_segment_by_less_than_is_allowed_for(
             ticks in 1u16..=500, interval in 1u64 << 40..1 << 50, change in -(1i64 << 32)..1 << 32,

@@ -7,8 +7,8 @@
 //!                (homing, parking)
 //! ```
 //!
-//! There are two queues of moves. The program's may be held half-way through a move while a cycle
-//! (parking) moves the machine aside and back again with the other one; only one of them feeds the
+//! There are two queues of moves. The program may be held half-way through a move, while a cycle
+//! (parking) moves the machine aside and back again with the other queue. Only one queue feeds the
 //! step interrupt at a time.
 
 mod drivers;
@@ -34,8 +34,9 @@ pub(crate) use power::PowerRule;
 use reserve::Reserve;
 use start::{Start, DEPTH};
 
-/// Segments made between two lines where motion is about to run dry. With one only, motion does run
-/// dry wherever line and segment together take longer to make than the segment lasts.
+/// The most segments made between two lines when motion may run out of segments. With one segment
+/// only, motion does stop wherever a line and a segment together take longer to make than the
+/// segment lasts.
 const AT_ONCE: usize = 4;
 
 /// A planner and the segmenter of its moves.
@@ -54,11 +55,11 @@ enum Driver {
 /// How motion follows the sender and the laser.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Pacing {
-    /// How long after the last line motion begins; 0: as soon as in Grbl.
+    /// The time after the last line at which motion begins; 0: as soon as in Grbl.
     pub(crate) silence: Duration,
-    /// How long a sender may fall silent in motion; 0: for as long as the queue lasts.
+    /// The time for which a sender may fall silent in motion; 0: as long as the queue lasts.
     pub(crate) stall: Duration,
-    /// Power changes this time before the motion that it belongs to, µs.
+    /// The time by which power changes before the motion that it belongs to, µs.
     pub(crate) lead_us: u32,
 }
 
@@ -86,7 +87,7 @@ pub(crate) struct Motion<'a, K, const AXES: usize, const MOTORS: usize> {
     pub(crate) path_end: [Coordinate; AXES],
     /// The travel of each axis: `$130` and up.
     pub(crate) travel: [Coordinate; AXES],
-    /// How far steps can be counted to either side.
+    /// The farthest places on both sides whose steps can be counted.
     pub(crate) reach: [Coordinate; AXES],
 }
 
@@ -193,8 +194,8 @@ where
         self.power = rule;
     }
 
-    /// Plans a move of the program. `more`: its line has further moves, for which motion out of
-    /// rest waits.
+    /// Plans a move of the program. `more`: its line has further moves, and motion out of rest
+    /// waits for them.
     pub(crate) fn push(
         &mut self,
         next: &Move<AXES>,
@@ -207,7 +208,8 @@ where
         Ok(pushed)
     }
 
-    /// Plans a move of a cycle; it feeds the step interrupt until [`Motion::end_aside`].
+    /// Plans a move of a cycle. The cycle's queue feeds the step interrupt until
+    /// [`Motion::end_aside`].
     pub(crate) fn push_aside(&mut self, next: &Move<AXES>) -> Result<Pushed, PushError> {
         if self.driver == Driver::Program {
             self.driver = Driver::Aside;
@@ -228,9 +230,9 @@ where
         }
     }
 
-    /// Whether one more move of the program is of use: without it the queue's end may bound the
-    /// plan, or a sender that stalls as long as `$710` allows might leave it without moves. Where
-    /// it is of no use, the line of that move waits.
+    /// Whether one more move of the program should be planned now: without it the queue's end may
+    /// bound the plan, or a sender that stalls as long as `$710` allows might leave it without
+    /// moves. Otherwise the line of that move waits.
     pub(crate) fn wants_more(&self) -> bool {
         let planner = &self.program.planner;
         let ample = planner.len() >= DEPTH && self.reserve.is_exceeded(planner.waiting_micros());
@@ -247,7 +249,7 @@ where
         self.start.release();
     }
 
-    /// Has motion out of rest wait for a line that has come, or is coming.
+    /// Makes motion out of rest wait for a line that has come, or is coming.
     pub(crate) fn put_off(&mut self, now: Instant) {
         self.start.put_off(now);
     }
@@ -350,8 +352,8 @@ where
         self.underruns != before
     }
 
-    /// Commits one segment where there is room. A line that waits is then taken before the next
-    /// segment, which so knows of the line's move. Where segments are about to run out, they are
+    /// Commits one segment if there is room. A line that waits is taken before the next segment, so
+    /// that this segment takes the line's move into account. If segments may run out, they are
     /// committed before the line, [`AT_ONCE`] at most. Returns whether the step timer is to be
     /// started. `may_start`: whether the program may begin to move now.
     pub(crate) fn prepare(&mut self, now: Instant, may_start: bool, work: &mut Work) -> bool {
@@ -385,13 +387,13 @@ where
         self.feeder.start(board, now);
     }
 
-    /// Whether motion is about to run dry: segments come before anything that takes long.
+    /// Whether motion may run out of segments: they come before anything that takes long.
     pub(crate) fn is_short(&self) -> bool {
         self.feeder.is_short()
     }
 
-    /// Works out how much motion is left that can no longer be changed. At the begin of a turn of
-    /// the main loop.
+    /// Finds out how much of the committed motion is left. Called at the start of a turn of the
+    /// main loop.
     pub(crate) fn look(&mut self, now: Instant) {
         self.feeder.look(now);
     }

@@ -1,9 +1,9 @@
-//! The last word on power before a segment is committed: the spindle override acts here.
+//! The power of a segment before it is committed: the spindle override acts here.
 
 use fixed::types::U1F31;
 use leadscrew_stepper::{Power, PowerChange, Segment};
 
-/// How the power that a segment was planned with becomes the one that goes out.
+/// The rule that makes the power which goes out of the power that a segment was planned with.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum PowerRule {
     /// A spindle: this power in motion and at rest, whatever the moves were planned with.

@@ -1,5 +1,5 @@
-//! How much motion is to wait in the queue. With more, a line would be answered long before its
-//! motion.
+//! The amount of motion that should wait in the queue. With more, a line would be answered long
+//! before its motion.
 
 use crate::board::Duration;
 use leadscrew_planner::Config;
@@ -35,8 +35,7 @@ impl Reserve {
         self.percent = percent.max(100);
     }
 
-    /// Whether `waiting` microseconds of motion, at an override of 100 %, are more than are to
-    /// wait.
+    /// Whether `waiting` is more than should wait: microseconds of motion at an override of 100 %.
     pub(super) fn is_exceeded(&self, waiting: u64) -> bool {
         let percent = u64::from(self.percent);
         self.micros

@@ -3,8 +3,8 @@
 
 use crate::board::{Duration, Instant};
 
-/// With this number of planned moves motion begins; with fewer, no line waits for its answer. Grbl
-/// plans as many.
+/// The number of planned moves with which motion begins; with fewer, no line waits for its answer.
+/// Grbl plans as many.
 pub(super) const DEPTH: usize = 15;
 
 /// Motion begins after a silence of this length: the time of two characters at 115 200 baud, in
@@ -43,7 +43,7 @@ pub(super) struct Start {
 }
 
 impl Start {
-    /// Makes a start where nothing waits. `silence`: `$701`, 0 for as little as Grbl waits.
+    /// A start without anything that waits. `silence`: `$701`, 0 for as little as Grbl waits.
     pub(super) fn new(silence: Duration) -> Self {
         let as_grbl = Patience {
             silence: SILENCE,
@@ -118,7 +118,8 @@ mod tests {
         Instant::from_ticks(micros)
     }
 
-    /// How long motion waits after the first of `moves` moves that come `every` microseconds.
+    /// The wait of motion after the first of `moves` moves that come every `every` microseconds,
+    /// µs.
     fn waits(silence_ms: u64, moves: usize, every: u64) -> u64 {
         let mut start = Start::new(Duration::from_ticks(silence_ms * 1_000));
         let mut planned = 0;

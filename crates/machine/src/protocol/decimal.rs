@@ -20,7 +20,7 @@ use leadscrew_gcode::Number;
 pub struct Decimal {
     /// The printed digits without the point.
     digits: i64,
-    /// How many of them stand behind the point, 0 to 4.
+    /// How many of them stand after the point, 0 to 4.
     places: u8,
 }
 

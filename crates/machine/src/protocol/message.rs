@@ -26,7 +26,7 @@ pub enum Message {
     CheckLimits,
     /// The reset input is active: nothing unlocks the machine.
     ResetHeld,
-    /// The board speaks: why it can move nothing, or what has become of its description.
+    /// A text of the board: why it can move nothing, or whether it took its description.
     Board(&'static str),
     /// A laser that was lit at rest is dark: its sender has been silent for too long.
     SenderSilent,

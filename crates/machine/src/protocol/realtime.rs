@@ -90,8 +90,8 @@ pub enum Byte {
     Ordinary(u8),
     /// A realtime command.
     Realtime(Realtime),
-    /// Of 0x80 to 0xF7 and unknown: it vanishes. Senders that write UTF-8 put 0xC2 before each
-    /// override byte.
+    /// A byte of 0x80 to 0xF7 without a meaning: it is dropped. Senders that write UTF-8 put 0xC2
+    /// before each override byte.
     Unknown,
 }
 

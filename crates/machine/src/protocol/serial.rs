@@ -14,15 +14,15 @@
 //! bytes received before it and no others, however late the main loop sees it. The order of arrival
 //! is kept: the inbox hands out no byte before the realtime commands that came ahead of it.
 //!
-//! Why no byte can overtake: the receiver queues a command before any later byte, and the queue
-//! publishes each entry with release ordering. Once the inbox sees a byte (acquire), it sees all
-//! commands ahead of that byte.
+//! No byte can overtake a command: the receiver queues a command before any later byte, and the
+//! queue publishes each entry with release ordering. Once the inbox sees a byte (acquire), it sees
+//! all commands ahead of that byte.
 //!
 //! When a queue is full: an ordinary byte is lost and counted, as in Grbl. `?` is remembered in a
-//! flag, so that a report follows. One place is kept for a reset; where that is taken, a reset is
-//! under way already and only its mark moves on. `!`, `~`, 0x84 and 0x85 are kept beside the queue
-//! ([`Late`]). Overrides and the like are lost: their sender sees that they have no effect, and
-//! sends them again.
+//! flag, so that a report follows. One place is kept for a reset; if that place is taken, a reset
+//! is under way already, and only its mark is moved on. `!`, `~`, 0x84 and 0x85 are kept beside the
+//! queue ([`Late`]). Overrides and the like are lost: their sender sees that they have no effect,
+//! and sends them again.
 
 use super::late::{Late, Taken};
 use super::line_reader::LineReader;

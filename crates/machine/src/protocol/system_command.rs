@@ -219,7 +219,7 @@ impl<'a> SystemCommand<'a> {
             }
             [_, b'J', rest @ ..] => {
                 require(matches!(now.activity, Activity::Idle | Activity::Jog))?;
-                behind(b"=", rest).map(Self::Jog)
+                after(b"=", rest).map(Self::Jog)
             }
             [_, b'N', rest @ ..] if !rest.is_empty() => {
                 require(now.activity == Activity::Idle)?;
@@ -241,10 +241,10 @@ impl<'a> SystemCommand<'a> {
             [b'#', rest @ ..] => alone(rest, Self::ShowParameters),
             [b'H', rest @ ..] => homing(text, rest, now),
             [b'I'] => Ok(Self::ShowBuild),
-            [b'I', rest @ ..] => storable(behind(b"=", rest)?).map(Self::StoreBuild),
+            [b'I', rest @ ..] => storable(after(b"=", rest)?).map(Self::StoreBuild),
             [b'N'] => Ok(Self::ShowStartup),
-            [b'S', ..] => alone(behind(b"SLP", text)?, Self::Sleep),
-            [b'R', ..] => restore(behind(b"RST=", text)?),
+            [b'S', ..] => alone(after(b"SLP", text)?, Self::Sleep),
+            [b'R', ..] => restore(after(b"RST=", text)?),
             _ => setting(text),
         }
     }
@@ -314,7 +314,7 @@ fn alone<'a>(rest: &'a [u8], command: SystemCommand<'a>) -> Result<SystemCommand
 }
 
 /// Answers the text after a spelling; the fault is at the first character that differs.
-fn behind<'a>(spelling: &[u8], text: &'a [u8]) -> Result<&'a [u8], Refused<'a>> {
+fn after<'a>(spelling: &[u8], text: &'a [u8]) -> Result<&'a [u8], Refused<'a>> {
     let alike = spelling.iter().zip(text).take_while(|(a, b)| a == b);
     let (_, rest) = text.split_at_checked(alike.count()).unwrap_or((text, &[]));
     text.strip_prefix(spelling)
@@ -328,7 +328,7 @@ fn storable(text: &[u8]) -> Result<&[u8], Refused<'_>> {
     }
 }
 
-/// Reads the text behind the `H` of `command`.
+/// Reads the text after the `H` of `command`.
 fn homing<'a>(
     command: &'a [u8],
     axes: &'a [u8],
@@ -348,7 +348,7 @@ fn homing<'a>(
     Ok(SystemCommand::Home(Homing::Axis(axis)))
 }
 
-/// Reads the text behind `$RST=`.
+/// Reads the text after `$RST=`.
 fn restore(what: &[u8]) -> Result<SystemCommand<'_>, Refused<'_>> {
     let (which, rest) = match what {
         [b'$', rest @ ..] => (Restore::Settings, rest),
@@ -377,10 +377,10 @@ fn setting(text: &[u8]) -> Result<SystemCommand<'_>, Refused<'_>> {
     alone(rest, SystemCommand::Set { number, value })
 }
 
-/// Reads a number, cut to a whole one, and the `=` behind it; answers the rest of the text, too.
+/// Reads a number, cut to a whole one, and the `=` after it; answers the rest of the text, too.
 fn assignment(text: &[u8]) -> Result<(i64, &[u8]), Refused<'_>> {
     let (number, rest) = number_of(text)?;
-    Ok((number.trunc(), behind(b"=", rest)?))
+    Ok((number.trunc(), after(b"=", rest)?))
 }
 
 /// Reads the number that a text begins with; answers the rest of the text, too.

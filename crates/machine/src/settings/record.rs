@@ -190,7 +190,7 @@ impl RecordHeader {
         OVERHEAD + padded(usize::from(self.length))
     }
 
-    /// Answers the payload out of the bytes behind the header, if its checksum is right.
+    /// Answers the payload out of the bytes after the header, if its checksum is right.
     pub(super) fn payload(self, body: &[u8]) -> Option<&[u8]> {
         let (payload, rest) = body.split_at_checked(usize::from(self.length))?;
         let stated = u32::from_le_bytes(*rest.last_chunk()?);

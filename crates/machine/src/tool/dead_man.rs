@@ -10,7 +10,7 @@
 
 use crate::board::{Duration, Instant};
 
-/// Whether a laser that is lit at rest may stay so.
+/// The state of a laser that may be lit at rest.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(crate) enum DeadMan {
     /// Nothing is lit at rest.

@@ -30,7 +30,7 @@ pub(crate) struct Tool {
     pub(crate) coolant: Coolant,
     /// The dead-man of a laser that is lit at rest.
     pub(crate) dead_man: DeadMan,
-    /// The program's last word to the spindle.
+    /// The program's last command to the spindle.
     pub(crate) told: interpreter::Spindle,
     /// The power that was put out in this rest; `None` in motion, and where it has to be put out
     /// anew.

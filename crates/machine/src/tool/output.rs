@@ -39,7 +39,8 @@ where
         }
     }
 
-    /// Has direction and power follow the state while motion rests. Main loop.
+    /// Puts out the direction and the power that belong to the state, while motion rests. Main
+    /// loop.
     pub(crate) fn put_out_tool<B: Board>(&mut self, board: &mut B) {
         if !self.motion.is_at_rest() {
             return;
@@ -86,7 +87,7 @@ where
         self.tool.rest_output = None;
     }
 
-    /// Has the segments made from now on bring the power that the spindle is to have.
+    /// Gives the segments made from now on the power that the spindle is to have.
     pub(crate) fn update_power(&mut self) {
         let rule = if self.tool.spindle.is_laser() {
             PowerRule::Laser {

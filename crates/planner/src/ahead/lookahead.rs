@@ -1,17 +1,23 @@
-//! The queue of planned moves, and how fast each may begin so that all limits behind it can be
-//! kept.
+//! The queue of planned moves, and the highest speed at which each may begin, so that all limits of
+//! the later moves can be kept.
 //!
-//! The squared speed at the start of a move is bounded by its `cap` and by what it can brake. What
-//! it can brake depends on the speed (see `polygon`): `x_in = min(cap, x_out + gain(x_out))`. That
-//! is a concave function. The line through its values at `x_out = 0` and at the highest `x_out` is
-//! never above it:
+//! The squared speed `x_in` at the start of a move is bounded by its `cap`, and by the squared
+//! speed `x_out` at its end: a move can brake by no more than a gain, which depends on the speed
+//! (see `polygon`).
+//!
+//! ```text
+//!   x_in = min(cap, x_out + gain(x_out))
+//! ```
+//!
+//! That is a concave function. The line through its values at `x_out = 0` and at the highest
+//! `x_out` is never above it:
 //!
 //! ```text
 //!   x_in ≥ min(c, α·x_out + β)
 //! ```
 //!
-//! Such maps are closed under composition, so that a *block* of moves has one of its own, to which
-//! each new move is added once:
+//! Two such maps, one after the other, are again such a map. So a *block* of moves has a map of its
+//! own, and each new move is added to it once:
 //!
 //! ```text
 //!   min(c1, α1·min(c2, α2·x + β2) + β1) = min( min(c1, α1·c2 + β1),  α1·α2·x + (α1·β2 + β1) )
@@ -22,9 +28,10 @@
 //!             <---- move by move, exact --------- <------ block by block ------- rest
 //! ```
 //!
-//! From rest at the end of the last move the speeds are found block by block, as far as they have
-//! changed. For the moves right after the running one they are found move by move, with all of the
-//! polygon. A further move only raises these speeds, so a speed that was promised stays possible.
+//! Motion must be able to rest at the end of the last move. From there backwards the speeds are
+//! found block by block, as far as they have changed. For the moves right after the running one
+//! they are found move by move, with the whole polygon. A further move only raises these speeds, so
+//! a speed that was promised stays possible.
 //!
 //! The last move is *open*: the move after it is not known yet. The moves of a curve wait in the
 //! window (see `window`) until their curvature is known.
@@ -33,9 +40,9 @@
 //! down, so no plan needs more than the limits; where `α` is 1, as on straight lines, sums are
 //! exact.
 //!
-//! An override changes all caps. That is done a few moves at a time, from the running end;
-//! meanwhile new caps hold up to some place and old ones behind it. Both keep every limit of the
-//! machine; they differ in the speed asked for.
+//! An override changes all caps. That is done a few moves at a time, beginning at the running move.
+//! Meanwhile the moves up to some place have new caps, and those after it have old ones. Both keep
+//! every limit of the machine; they differ in the speed asked for.
 
 use crate::moves::PlannedMove;
 mod visit;
@@ -44,20 +51,20 @@ pub(crate) use super::map::Ends;
 use super::map::{Map, Reach};
 use heapless::deque::DequeView;
 
-/// Blocks of a [`Queue`](crate::Queue) that says no other number: enough for 1024 moves in blocks
-/// of sixteen.
+/// The number of blocks of a [`Queue`](crate::Queue) that names no other: enough for 1024 moves in
+/// blocks of sixteen.
 pub const USUAL_BLOCKS: usize = 128;
 
-/// The speeds of this many moves, or of up to a block more, are found move by move. With 4, dense
-/// curves take 0.02 % longer; with 8, no longer than with 16. Each takes some 1200 cycles of a
-/// Cortex-M4F, in one call, while motion goes on.
+/// The speeds of this many moves after the running one, or of up to a block more, are found move by
+/// move. With 4, dense curves take 0.02 % longer; with 8, no longer than with 16. Each move takes
+/// some 1200 cycles of a Cortex-M4F, in one call, while motion goes on.
 const EXACT: usize = 8;
 
 /// Moves in the largest block there can be, as a power of two.
 const MOST_BITS: u32 = 6;
 
-/// How many moves may be queued at most. Half of the blocks have them all, wherever the first one
-/// begins.
+/// The most moves that can be queued with this many blocks. Half of the blocks hold them all,
+/// wherever the first move begins within its block.
 pub(crate) const fn most_moves(blocks: usize) -> usize {
     (blocks / 2) << MOST_BITS
 }
@@ -72,10 +79,10 @@ fn block_bits(moves: usize, blocks: usize) -> u32 {
     bits
 }
 
-/// Moves whose numbers differ in their last bits only.
+/// A block: moves whose numbers differ in their last bits only.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Block {
-    /// The map from the squared speed at its end to that at its start.
+    /// The map from the squared speed at the block's end to the one at its start.
     map: Map,
     /// The squared speed at its start.
     reach: Reach,
@@ -86,25 +93,25 @@ impl Block {
         map: Map::NONE,
         reach: Reach {
             v2: 0,
-            hangs: false,
+            bound_by_end: false,
         },
     };
 }
 
-/// By how much the squared speed (units) can fall over a move that ends with `v2`, with the move
-/// behind it, if there is one.
+/// By how much moves can brake.
 pub(crate) trait Braking<const AXES: usize, const MOTORS: usize> {
+    /// By how much the squared speed (units) can fall over a move that ends at the squared speed
+    /// `v2`. `after` is the move after it, if there is one.
     fn gain(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
-        behind: Option<&PlannedMove<AXES, MOTORS>>,
+        after: Option<&PlannedMove<AXES, MOTORS>>,
         v2: u32,
     ) -> u32;
 
-    /// The highest squared speed at the end of a move with one behind it, and the gains there,
+    /// The highest squared speed at the end of a move that `after` follows, and the gains there,
     /// whatever the overrides.
-    fn ends(&self, planned: &PlannedMove<AXES, MOTORS>, behind: &PlannedMove<AXES, MOTORS>)
-        -> Ends;
+    fn ends(&self, planned: &PlannedMove<AXES, MOTORS>, after: &PlannedMove<AXES, MOTORS>) -> Ends;
 }
 
 /// Planned moves, the running one first, with the speed at which each may begin.
@@ -122,11 +129,11 @@ pub(crate) struct LookAhead<'q, const AXES: usize, const MOTORS: usize> {
     planned: usize,
     /// What has changed since speeds were found.
     stale: Stale,
-    /// Number of the move before which all speeds have been found move by move.
+    /// The number of the first move whose speed was not found move by move.
     walked: u16,
-    /// Number of the move that was the last planned one when speeds were found.
+    /// The number of the last planned move at the time when speeds were last found.
     found: u16,
-    /// How many moves at the front have their new caps, while caps change.
+    /// While caps change: how many moves, from the first one on, have their new caps.
     renewed: Option<usize>,
 }
 
@@ -134,14 +141,15 @@ pub(crate) struct LookAhead<'q, const AXES: usize, const MOTORS: usize> {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Stale {
     Nothing,
-    /// Moves were added, or the last one grew: behind some place nothing has changed.
+    /// Moves were added at the end, or the last one grew. The moves before some place are
+    /// unchanged.
     End,
     /// Anything may have changed.
     All,
 }
 
 impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
-    /// No moves, in room for them.
+    /// An empty queue in `room`, which holds moves, and `blocks`.
     pub(crate) fn new(
         room: &'q mut DequeView<PlannedMove<AXES, MOTORS>>,
         blocks: &'q mut [Block],
@@ -187,7 +195,7 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
             .filter(|_| self.waiting() > 0)
     }
 
-    /// Appends a move, which is not planned yet; there is room.
+    /// Appends a move that is not planned yet. The caller has checked that there is room.
     pub(crate) fn push(&mut self, planned: &PlannedMove<AXES, MOTORS>) {
         let _room = self.moves.push_back(*planned);
     }
@@ -197,8 +205,8 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         self.moves.get(self.planned.checked_sub(1)?)
     }
 
-    /// Plans the first move that is not planned yet: `begin` sets its start, which only overrides
-    /// change later.
+    /// Plans the first move that is not planned yet. `begin` sets the limits at its start; later
+    /// only overrides change them.
     pub(crate) fn plan(
         &mut self,
         braking: &impl Braking<AXES, MOTORS>,
@@ -215,12 +223,12 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         self.stale = self.stale.max(Stale::End);
     }
 
-    /// Adds the move at `index`, with one behind it, to its block.
+    /// Adds the move at `index`, which another move follows, to the map of its block.
     fn fold(&mut self, index: usize, braking: &impl Braking<AXES, MOTORS>) {
-        let (Some(of), Some(behind)) = (self.moves.get(index), self.moves.get(index + 1)) else {
+        let (Some(of), Some(after)) = (self.moves.get(index), self.moves.get(index + 1)) else {
             return;
         };
-        let map = Map::new(of.cap, braking.ends(of, behind));
+        let map = Map::new(of.cap, braking.ends(of, after));
         let number = self.number(index);
         let begins = number & self.mask() == 0;
         let at = self.block_at(self.block_of(number));
@@ -229,15 +237,15 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         }
     }
 
-    /// The last move, where it does not run, and whether it is planned.
+    /// The last queued move, unless it is the running one, and whether it is planned.
     pub(crate) fn last_waiting(&self) -> Option<(&PlannedMove<AXES, MOTORS>, bool)> {
         let waiting = self.moves.storage_len() > usize::from(self.running);
         let last = self.moves.back().filter(|_| waiting)?;
         Some((last, self.planned == self.moves.storage_len()))
     }
 
-    /// Replaces the last move, which does not run, by the same move made longer. It begins as
-    /// before, and can brake no less: what is planned stays right.
+    /// Replaces the last move, which does not run, by the same move made longer. The longer move
+    /// begins as before and can brake at least as much, so planned speeds stay valid.
     pub(crate) fn lengthen_last(&mut self, longer: PlannedMove<AXES, MOTORS>) {
         if self.planned == self.moves.storage_len() {
             self.stale = self.stale.max(Stale::End);
@@ -271,9 +279,10 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         self.next().map_or(0, |next| next.entry)
     }
 
-    /// Whether that limit would be higher if motion could go on behind the last planned move.
-    pub(crate) fn hangs(&self) -> bool {
-        self.next().is_none_or(|next| next.hangs)
+    /// Whether [`LookAhead::exit_limit`] would be higher if motion could go on after the last
+    /// planned move.
+    pub(crate) fn is_bound_by_end(&self) -> bool {
+        self.next().is_none_or(|next| next.bound_by_end)
     }
 
     /// Finds the speeds anew, as far as they have changed.
@@ -286,15 +295,15 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         if self.stale == Stale::Nothing && self.number(near) == self.walked {
             return;
         }
-        let behind = self.find_blocks(near, open, braking);
-        self.walk(next, near, behind, braking);
+        let after = self.find_blocks(near, open, braking);
+        self.walk(next, near, after, braking);
         self.stale = Stale::Nothing;
         self.walked = self.number(near);
         self.found = self.number(open);
     }
 
-    /// The move up to which speeds are found move by move: the first one of a block, [`EXACT`] moves
-    /// after the next one or more, or the open one.
+    /// The index of the move up to which speeds are found move by move: the first move of a block,
+    /// at least [`EXACT`] moves after `next`; or the open move, if that comes earlier.
     fn near_end(&self, next: usize, open: usize) -> usize {
         let least = next + EXACT - 1;
         let into = usize::from(self.number(least) & self.mask());
@@ -313,7 +322,7 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         };
         let gain = braking.gain(last, None, 0);
         let mut reach = Reach::bounded(gain.into(), last.cap, true);
-        (last.entry, last.hangs) = (reach.v2, reach.hangs);
+        (last.entry, last.bound_by_end) = (reach.v2, reach.bound_by_end);
         if near == open {
             return reach;
         }
@@ -350,25 +359,29 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         &mut self,
         next: usize,
         near: usize,
-        behind: Reach,
+        after: Reach,
         braking: &impl Braking<AXES, MOTORS>,
     ) {
         let known = self.known(self.walked);
-        let mut reach = behind;
+        let mut reach = after;
         for index in (next..near).rev() {
             let Some(of) = self.moves.get(index) else {
                 return;
             };
             let gain = braking.gain(of, self.moves.get(index + 1), reach.v2);
-            reach = Reach::bounded(u64::from(reach.v2) + u64::from(gain), of.cap, reach.hangs);
+            reach = Reach::bounded(
+                u64::from(reach.v2) + u64::from(gain),
+                of.cap,
+                reach.bound_by_end,
+            );
             let Some(of) = self.moves.get_mut(index) else {
                 return;
             };
-            let same = (of.entry, of.hangs) == (reach.v2, reach.hangs);
+            let same = (of.entry, of.bound_by_end) == (reach.v2, reach.bound_by_end);
             if same && index < known && self.stale != Stale::All {
                 return;
             }
-            (of.entry, of.hangs) = (reach.v2, reach.hangs);
+            (of.entry, of.bound_by_end) = (reach.v2, reach.bound_by_end);
         }
     }
 
@@ -398,12 +411,12 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         self.renewed = Some(0);
     }
 
-    /// Whether caps change.
+    /// Whether caps are being changed for new overrides.
     pub(crate) const fn is_renewing(&self) -> bool {
         self.renewed.is_some()
     }
 
-    /// Sets the caps of a further block of moves anew: `cap` is given each of them with the one
+    /// Sets the caps of one more block of moves anew. `cap` takes each move together with the move
     /// before it.
     pub(crate) fn renew(
         &mut self,
@@ -442,7 +455,7 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         usize::from(start) < self.known(self.found)
     }
 
-    /// How many moves there are before the one with this number, 0 where it has gone.
+    /// The index of the move with this number; 0 where that move has gone.
     fn known(&self, number: u16) -> usize {
         (number.wrapping_sub(self.first) as i16).max(0) as usize
     }

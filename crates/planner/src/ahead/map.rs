@@ -1,13 +1,13 @@
-//! How the squared speed at the start of a move follows from the one at its end, and how such maps
-//! are composed (see `lookahead`).
+//! How the squared speed at the start of a move follows from the squared speed at its end, and how
+//! such maps are composed (see `lookahead`).
 
-/// The speed at which a move may end, and the speed that braking can take off before it: squared
-/// speeds in units.
+/// How fast a move may end, and by how much it can brake before that. Squared speeds in units.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Ends {
-    /// The highest squared speed at its end.
+    /// The highest squared speed at the move's end.
     pub(crate) top: u32,
-    /// The gains where it ends at rest, and at that speed.
+    /// By how much the squared speed at the start can be higher: for a move that ends at rest, and
+    /// for one that ends at `top`.
     pub(crate) gains: [u32; 2],
 }
 
@@ -15,25 +15,27 @@ pub(crate) struct Ends {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Map {
     cap: u32,
-    /// In 2⁻³⁰.
+    /// In units of 2⁻³⁰.
     share: u32,
     plus: u32,
 }
 
-/// A squared speed, and whether it would be higher if motion could go on behind the last move.
+/// A squared speed at the start of a move.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(super) struct Reach {
+    /// The squared speed, in units.
     pub(super) v2: u32,
-    pub(super) hangs: bool,
+    /// Whether it would be higher if motion could go on after the last planned move.
+    pub(super) bound_by_end: bool,
 }
 
 impl Reach {
-    pub(super) fn bounded(v2: u64, cap: u32, hangs: bool) -> Self {
+    pub(super) fn bounded(v2: u64, cap: u32, bound_by_end: bool) -> Self {
         match u32::try_from(v2) {
-            Ok(v2) if v2 < cap => Self { v2, hangs },
+            Ok(v2) if v2 < cap => Self { v2, bound_by_end },
             Ok(_) | Err(_) => Self {
                 v2: cap,
-                hangs: false,
+                bound_by_end: false,
             },
         }
     }
@@ -57,7 +59,7 @@ impl Map {
         plus: 0,
     };
 
-    /// The same gain at every speed.
+    /// The map of a move that brakes by `plus` at every speed.
     fn parallel(cap: u32, plus: u32) -> Self {
         Self {
             cap,
@@ -66,16 +68,16 @@ impl Map {
         }
     }
 
-    /// The line through the gains at 0 and at the squared speed `top`.
+    /// The line through the gains at rest and at the squared speed `ends.top`.
     pub(super) fn new(cap: u32, ends: Ends) -> Self {
         let (top, [at_rest, at_top]) = (ends.top, ends.gains);
         if at_rest == at_top || top == 0 {
             return Self::parallel(cap, at_rest);
         }
-        // The roundings of the products below, both ways.
+        // The most that the products in [`scaled`] may be rounded up or down, in units.
         const ROUNDED: u32 = 4;
         let slope = at_rest.abs_diff(at_top) as f32 / top as f32 * ONE as f32;
-        // The roundings of `f32` may only make the line lower, whether it rises or falls.
+        // Rounding of `f32` may only make the line lower, whether it rises or falls.
         const DOWN: f32 = 1.0 - 4.0 * f32::EPSILON;
         const UP: f32 = 1.0 + 4.0 * f32::EPSILON;
         Self {
@@ -89,19 +91,19 @@ impl Map {
         }
     }
 
-    pub(super) fn before(self, behind: Self) -> Self {
-        let share = scaled(self.share, behind.share).min(u32::MAX.into()) as u32;
+    pub(super) fn before(self, after: Self) -> Self {
+        let share = scaled(self.share, after.share).min(u32::MAX.into()) as u32;
         Self {
             cap: self
                 .cap
-                .min(clamp(scaled(self.share, behind.cap) + u64::from(self.plus))),
+                .min(clamp(scaled(self.share, after.cap) + u64::from(self.plus))),
             share,
-            plus: clamp(scaled(self.share, behind.plus) + u64::from(self.plus)),
+            plus: clamp(scaled(self.share, after.plus) + u64::from(self.plus)),
         }
     }
 
-    pub(super) fn reach(self, behind: Reach) -> Reach {
-        let v2 = scaled(self.share, behind.v2) + u64::from(self.plus);
-        Reach::bounded(v2, self.cap, behind.hangs)
+    pub(super) fn reach(self, after: Reach) -> Reach {
+        let v2 = scaled(self.share, after.v2) + u64::from(self.plus);
+        Reach::bounded(v2, self.cap, after.bound_by_end)
     }
 }

@@ -1,11 +1,11 @@
 //! Where planned moves are kept: the planner's large part, which its caller owns.
 //!
-//! 1024 moves and the pixels of rows are 100 KB. A planner that owned them would be built on the
-//! stack and copied to its place whenever the compiler sees no way round it, and a microcontroller
-//! has no stack for that. A queue has a constant for its first value, so a `static` of it costs
-//! neither stack nor flash; the planner borrows it. It borrows the queue without its size, so
-//! planners with queues of different sizes share their code. Moves and pixels are apart: a
-//! microcontroller's memory is in pieces.
+//! 1024 moves and the pixels of rows take 100 KB. If the planner owned them, the compiler might
+//! build it on the stack and copy it to its place, and a microcontroller has no stack of that size.
+//! A queue is a constant at first, so a `static` of it costs neither stack nor flash; the planner
+//! borrows it. The borrow does not name the queue's size, so planners with queues of different
+//! sizes share their code. Moves and pixels are separate, because the memory of a microcontroller
+//! is in several pieces.
 
 use crate::ahead::lookahead::{most_moves, Block, USUAL_BLOCKS};
 use crate::emit::pixel::Packed;
@@ -30,16 +30,16 @@ pub struct Queue<
     const BLOCKS: usize = USUAL_BLOCKS,
 > {
     pub(crate) moves: Deque<PlannedMove<AXES, MOTORS>, MOVES>,
-    /// Of the look-ahead.
+    /// The blocks of the look-ahead.
     pub(crate) blocks: [Block; BLOCKS],
-    /// The end of the path.
+    /// The last pieces of the path.
     pub(crate) window: Window<AXES>,
 }
 
 impl<const AXES: usize, const MOTORS: usize, const MOVES: usize, const BLOCKS: usize>
     Queue<AXES, MOTORS, MOVES, BLOCKS>
 {
-    /// `BLOCKS` are enough for `MOVES` moves.
+    /// Compile-time check: `BLOCKS` are enough for `MOVES` moves.
     const FITS: () = assert!(BLOCKS.is_power_of_two() && MOVES > 0 && MOVES <= most_moves(BLOCKS));
 
     /// An empty queue.
@@ -71,7 +71,7 @@ pub struct SmallQueue<const AXES: usize, const MOTORS: usize, const MOVES: usize
 }
 
 impl<const AXES: usize, const MOTORS: usize, const MOVES: usize> SmallQueue<AXES, MOTORS, MOVES> {
-    /// Two blocks have them all, wherever the first one begins.
+    /// Compile-time check: two blocks hold all moves, wherever the first one begins.
     const FITS: () = assert!(MOVES > 0 && MOVES <= 16);
 
     /// An empty queue.
@@ -124,7 +124,8 @@ impl<'q, const AXES: usize, const MOTORS: usize, const MOVES: usize>
     }
 }
 
-/// Room for `PIXELS` changes of power in the moves of a [`Queue`]. Owned as that is.
+/// Room for `PIXELS` changes of power within the moves of a [`Queue`]. The planner's maker owns it,
+/// as it owns the queue.
 #[derive(Debug)]
 pub struct PixelQueue<const PIXELS: usize>(pub(crate) Deque<Packed, PIXELS>);
 

@@ -1,19 +1,19 @@
 //! The time to finish the queued moves, added up a few moves at a time.
 //!
-//! The look-ahead finds how fast the next moves may begin; far ahead it finds that for blocks of
-//! moves only. Here the forward pass is made for all moves, with the ramps that they will run with.
-//! Each part of a move is taken for one step of a profile.
+//! The look-ahead finds how fast the next moves may begin; for moves far ahead it finds only the
+//! speeds at the borders of blocks. Here the speed at the start of every move is found, and with it
+//! the ramps of the move. In this calculation each part of a move is one step of a profile.
 //!
 //! With a jerk limit the ramps follow `ramp`, and the speeds at which they fit into a move are
 //! found by halving.
 //!
-//! Moves may begin and be queued while the sum is under way. Those that are over before its end
-//! still count: some milliseconds.
+//! Moves may begin and be queued while the sum is under way. The time of a move that ends meanwhile
+//! still counts: an error of some milliseconds.
 
 use crate::moves::PlannedMove;
 use crate::planner::nominal;
 use crate::real::{least, most, sqrt};
-use crate::space::ground::{Ground, Whereabouts};
+use crate::space::axis_limits::{AxisLimits, Whereabouts};
 use crate::speed::profile::{Place, Plan, Trapezoid};
 use crate::speed::ramp::{self, Limits};
 use crate::{Kinematics, Planner, Segmenter};
@@ -23,7 +23,7 @@ use crate::{Kinematics, Planner, Segmenter};
 pub struct TimeLeft {
     /// Number of the move that comes next, as the queue counts them.
     next: u16,
-    /// Speed at its start, mm/s.
+    /// Speed at the start of that move, mm/s.
     speed: f32,
     seconds: f32,
 }
@@ -46,7 +46,7 @@ where
         if let Some(running) = queue.running().filter(|_| left > 0) {
             let over = Over {
                 planned: running,
-                behind: queue.next(),
+                after: queue.next(),
                 limit_v2: self.unit().v2(queue.exit_limit()),
                 nominal: nominal(self.overrides(), running),
             };
@@ -56,7 +56,7 @@ where
                 way: 0.0,
                 at_start: false,
             };
-            let (more, end) = over.from(at, &self.ground());
+            let (more, end) = over.from(at, &self.axis_limits());
             (seconds, speed) = (seconds + more, end);
         }
         TimeLeft {
@@ -66,29 +66,29 @@ where
         }
     }
 
-    /// Adds the times of up to 8 further moves. Returns whether more are left.
+    /// Adds the times of up to 8 further moves. Returns whether more moves are left.
     ///
-    /// Main loop. Some 1300 instructions for a move on a curve; with a jerk limit 2500, an
-    /// estimate.
+    /// Called from the main loop. Takes some 1300 instructions for a move on a curve; with a jerk
+    /// limit 2500, an estimate.
     pub fn add_time(&self, left: &mut TimeLeft) -> bool {
         let (overrides, unit) = (self.overrides(), self.unit());
         let (mut speed, mut seconds) = (left.speed, left.seconds);
-        let ground = self.ground();
+        let axis_limits = self.axis_limits();
         let guess = |count: usize, of: &_| self.guess(count, of);
-        let next = self
-            .queue()
-            .visit_block(left.next, &ground, guess, |planned, behind, limit| {
-                let over = Over {
-                    planned,
-                    behind,
-                    limit_v2: unit.v2(limit),
-                    nominal: nominal(overrides, planned),
-                };
-                let at = Whereabouts::start(planned, speed * speed);
-                let (time, end) = over.from(at, &ground);
-                seconds += time;
-                speed = end;
-            });
+        let next =
+            self.queue()
+                .visit_block(left.next, &axis_limits, guess, |planned, after, limit| {
+                    let over = Over {
+                        planned,
+                        after,
+                        limit_v2: unit.v2(limit),
+                        nominal: nominal(overrides, planned),
+                    };
+                    let at = Whereabouts::start(planned, speed * speed);
+                    let (time, end) = over.from(at, &axis_limits);
+                    seconds += time;
+                    speed = end;
+                });
         *left = TimeLeft {
             next: next.unwrap_or(left.next),
             speed,
@@ -101,7 +101,7 @@ where
 /// A move with the one after it, the limit at its end (mm²/s²) and its nominal speed (mm/s).
 struct Over<'m, const AXES: usize, const MOTORS: usize> {
     planned: &'m PlannedMove<AXES, MOTORS>,
-    behind: Option<&'m PlannedMove<AXES, MOTORS>>,
+    after: Option<&'m PlannedMove<AXES, MOTORS>>,
     limit_v2: f32,
     nominal: f32,
 }
@@ -109,34 +109,38 @@ struct Over<'m, const AXES: usize, const MOTORS: usize> {
 impl<const AXES: usize, const MOTORS: usize> Over<'_, AXES, MOTORS> {
     /// The seconds that the move takes from a place on, part by part, and the speed at its end,
     /// mm/s.
-    fn from<K>(&self, mut at: Whereabouts, ground: &Ground<'_, K, AXES, MOTORS>) -> (f32, f32)
+    fn from<K>(
+        &self,
+        mut at: Whereabouts,
+        axis_limits: &AxisLimits<'_, K, AXES, MOTORS>,
+    ) -> (f32, f32)
     where
         K: Kinematics<AXES, MOTORS>,
     {
         let per_mm = self.planned.steps_per_mm();
         let (mut seconds, mut speed) = (0.0, sqrt(at.v2));
         loop {
-            let course = ground.course(self.planned, self.behind, at, self.limit_v2);
+            let course = axis_limits.course(self.planned, self.after, at, self.limit_v2);
             let part = Stretch {
-                length: at.to(course.behind) / per_mm,
+                length: at.to(course.steps_after) / per_mm,
                 up: course.up,
                 down: course.down,
                 nominal: least(self.nominal, sqrt(course.top_v2)),
                 entry: speed,
                 limit_v2: course.exit_v2,
             };
-            let (time, end) = if ground.jerk > 0.0 {
-                part.eased(ground.jerk)
+            let (time, end) = if axis_limits.jerk > 0.0 {
+                part.eased(axis_limits.jerk)
             } else {
                 part.sharp()
             };
             (seconds, speed) = (seconds + time, end);
-            if course.behind == 0 {
+            if course.steps_after == 0 {
                 return (seconds, speed);
             }
             at = Whereabouts {
                 v2: speed * speed,
-                steps: course.behind,
+                steps: course.steps_after,
                 way: 0.0,
                 at_start: false,
             };
@@ -155,7 +159,7 @@ struct Stretch {
 }
 
 impl Stretch {
-    /// Seconds, and the speed at the end, with ramps of constant acceleration.
+    /// Duration (s) and speed at the end (mm/s), with ramps of constant acceleration.
     fn sharp(&self) -> (f32, f32) {
         let per_mm = 1.0 / self.length;
         let profile = Trapezoid::new(&Plan {
@@ -170,7 +174,7 @@ impl Stretch {
         (profile.time(1), sqrt(profile.exit_v2()) * self.length)
     }
 
-    /// The same with ramps of limited `jerk`, mm/s³.
+    /// Duration (s) and speed at the end (mm/s), with ramps of limited `jerk`, mm/s³.
     #[inline(never)] // in firmware it is not worth a copy for each machine
     fn eased(&self, jerk: f32) -> (f32, f32) {
         let limits = Limits {
@@ -186,12 +190,12 @@ impl Stretch {
         (ramps + most(self.length - both(peak), 0.0) / peak, v1)
     }
 
-    /// The speed nearest to `wanted` for which the `way` of the ramps is no longer than the move,
-    /// as it is for `from`.
+    /// The speed nearest to `wanted` at which the ramps fit into the move. `way` answers the length
+    /// of the ramps for a speed; at `from` they fit.
     #[inline(never)]
     fn reached(&self, from: f32, wanted: f32, way: &dyn Fn(f32) -> f32) -> f32 {
-        /// To a 65 000th of the speeds in question: a slow move after a fast one is still timed to
-        /// some thousandths.
+        /// Enough for a 65 000th of the difference of the speeds: a slow move after a fast one is
+        /// still timed to some thousandths.
         const HALVINGS: u32 = 16;
         if way(wanted) <= self.length {
             return wanted;

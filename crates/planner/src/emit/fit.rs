@@ -1,8 +1,8 @@
 //! Ticks whose interval changes linearly, from the time that some steps take.
 //!
-//! A segment of `M` ticks with the first interval `p` and the change `d` reaches tick `k` after
-//! `p·k + d·k(k−1)/2`. It agrees with the profile in its middle (the time `H` after `h` ticks) and
-//! at its end (`D` after `M`):
+//! A segment of `M` ticks, with the first interval `p` and the change `d` from one interval to the
+//! next, reaches tick `k` after `p·k + d·k(k−1)/2`. It agrees with the profile in its middle (the
+//! time `H` after `h` ticks) and at its end (the time `D` after `M` ticks):
 //!
 //! ```text
 //!   d = 2·(D/M − H/h) / (M − h)        p = D/M − d·(M − 1)/2
@@ -12,8 +12,8 @@
 //! has the third derivative `3a²/v⁵`. So over `T` seconds the quadratic is off by about
 //! `0.024·T³·a²/v²`; [`longest`] solves that for `T`.
 //!
-//! Intervals have 24 significant bits from `f32`. The loss of rounding is exact in 2⁻³² counts and
-//! carried into the next segment.
+//! Intervals have the 24 significant bits of an `f32`. The error of their rounding is known
+//! exactly, in 2⁻³² counts, and is added to the next segment.
 
 use crate::real::{least, rough_cube_root};
 use core::num::NonZeroU16;
@@ -22,20 +22,20 @@ use leadscrew_stepper::{Interval, IntervalChange, Smoothing};
 /// `0.25 µs / 0.024`: a segment may be off by a quarter of a microsecond.
 const TOLERANCE: f32 = 0.25e-6 / 0.024;
 
-/// How long a segment may be at the speed `v` (its lowest, steps/s) and acceleration `a` (not 0,
-/// steps/s²), seconds, `most` at most.
+/// The longest time (s), at most `most`, that a segment may take at the speed `v` (the lowest in
+/// the segment, steps/s) and the acceleration `a` (steps/s², not 0).
 pub(crate) fn longest(v: f32, a: f32, most: f32) -> f32 {
     let ratio = v / a;
     least(most, rough_cube_root(TOLERANCE * ratio * ratio))
 }
 
-/// How many steps a segment takes that lasts `most` seconds at most and begins at the speed `v`
-/// (steps/s) under the acceleration `a` (steps/s²), at least 1.
+/// The number of steps, at least 1, of a segment that lasts `most` seconds at most. It begins at
+/// the speed `v` (steps/s) under the acceleration `a` (steps/s²).
 pub(crate) fn steps(v: f32, a: f32, most: f32) -> u32 {
     let steps = if a > 0.0 {
         v * longest(v, a, most)
     } else if a < 0.0 {
-        // It is slowest at its end.
+        // A segment that brakes is slowest at its end.
         let slowest = v + a * longest(v, -a, most);
         let time = if slowest > 0.0 {
             longest(slowest, -a, most)
@@ -49,22 +49,23 @@ pub(crate) fn steps(v: f32, a: f32, most: f32) -> u32 {
     (steps as u32).max(1)
 }
 
-/// The longest tick that is not smoothed, seconds. Motors other than the dominant one are up to
-/// half a tick off the true line, which may be 5 µs. The rest is for ticks that are longer than the
-/// mean of their segment.
+/// The longest tick that is not smoothed, seconds. Motors other than the dominant one step up to
+/// half a tick too early or too late. 5 µs are allowed, half of a tick of 10 µs; the rest is for
+/// ticks that are longer than the mean of their segment.
 const FINE: f32 = 9e-6;
 
-/// Below this evenness the speed changes, and half an eighth of a step may take longer than a
-/// sixteenth of the step's time. So smoothing may be sixteenfold.
+/// Evenness of a segment at constant speed. Below this value the speed changes, and half of an
+/// eighth of a step may take longer than a sixteenth of the step's time; sixteenfold smoothing is
+/// then allowed.
 const EVEN: f32 = 1.0;
 
 /// A coarser smoothing begins one segment after it was found to be needed. In that segment the
 /// speed may grow by this factor ([`longest`]: 8 % at 10⁵ steps/s and 4·10⁶ steps/s²).
 const GROWTH: f32 = 1.08;
 
-/// The least smoothing, for a segment whose steps take `interval` seconds in the mean, that brings
-/// other motors' steps near enough to the true line where ticks allow it: within 5 µs or a
-/// sixteenth of a step, whichever is more.
+/// The least smoothing that brings the steps of other motors within 5 µs, or within a sixteenth of
+/// a step if that is more, of the true line. Where ticks would be closer than `shortest_tick`, it
+/// is less. The steps of the segment take `interval` seconds each in the mean.
 ///
 /// `evenness` is the segment's lowest speed as a share of its mean one. It is 0 for a step out of
 /// rest or into it, whose shortest tick has a quarter of the mean.
@@ -98,7 +99,7 @@ pub(crate) struct Linear {
 }
 
 impl Linear {
-    /// `ticks` ticks that are even and take `duration` counts.
+    /// Even ticks that take `duration` counts in all.
     pub(crate) fn even(duration: f32, ticks: f32) -> Self {
         Self {
             first: duration / ticks,
@@ -106,7 +107,8 @@ impl Linear {
         }
     }
 
-    /// `ticks` ticks that take `duration` counts, the first `middle` of them `half` counts.
+    /// Ticks that take `duration` counts in all, and of which the first `middle` take `half`
+    /// counts.
     pub(crate) fn through(half: f32, middle: f32, duration: f32, ticks: f32) -> Self {
         let mean = duration / ticks;
         let change = 2.0 * (mean - half / middle) / (ticks - middle);
@@ -122,12 +124,13 @@ impl Linear {
     }
 }
 
-/// The loss of rounding so far, in 2⁻³² counts, which is added to the next segment.
+/// The error of rounding so far, in 2⁻³² counts, which is added to the next segment.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(crate) struct Carry(i64);
 
 impl Carry {
-    /// Rounds `linear` so that `ticks` of it, and all before it, end when `duration` (counts) says.
+    /// Rounds `linear` so that the segment, which takes `duration` counts, ends at the right time:
+    /// errors of earlier segments are made up for.
     pub(crate) fn round(
         &mut self,
         linear: Linear,
@@ -138,7 +141,7 @@ impl Carry {
         self.settle(bits(linear.first), change, ticks, bits(duration))
     }
 
-    /// Rounds `ticks` even ticks of a cruise, of which `2^level` take `interval` (2⁻³² counts).
+    /// Rounds even ticks of a cruise, of which `2^level` take `interval` (2⁻³² counts).
     pub(crate) fn round_cruise(
         &mut self,
         interval: u64,
@@ -178,7 +181,7 @@ impl Carry {
 /// Sixteen counts: more than rounding a segment can lose, unless it is longer than 2³¹ counts.
 const LARGEST_CARRY: u64 = 16 << 32;
 
-/// `counts` in 2⁻³² counts, exact; the largest there is where it does not fit.
+/// `counts` as a number of 2⁻³² counts, exact; `u64::MAX` where it does not fit.
 pub(crate) fn bits(counts: f32) -> u64 {
     let whole = counts as u32;
     let rest = (counts - whole as f32) * TWO_32;

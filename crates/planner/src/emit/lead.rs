@@ -1,9 +1,9 @@
-//! Power ahead of time: a laser that switches late is told early.
+//! The laser power is put out early, to make up for the delay of the laser.
 //!
-//! A laser answers a change of its power after a while (its driver's rise time, the tube's
-//! ignition). At a speed `v` the light is then `v·delay` behind on the path, to either side in turn
-//! on a raster that is burnt in both directions. So the power for the time `t + lead` is put out at
-//! `t`:
+//! A laser follows a change of its power after a delay (its driver's rise time, the tube's
+//! ignition). At a speed `v` the light is then `v·delay` too late along the path. A raster is burnt
+//! in both directions, so its rows are shifted to either side in turn. To prevent that, the power
+//! that belongs to the time `t + lead` is put out at `t`:
 //!
 //! ```text
 //!   motion   | front ...... | second | third ...............|     segments that wait, oldest first
@@ -11,17 +11,17 @@
 //!   power                       ^ for the front's first tick
 //! ```
 //!
-//! Segments wait here until they cover the time that the power for the front's first tick comes
-//! from, and no longer: what waits can no longer be changed. For the same reason no more segments
-//! are taken than there is room for. Where ticks are so long that the power for the front's first
-//! tick lies beyond these, the power stays what it is at the end of what is known.
+//! Segments wait here until they reach to the time that belongs to the front's first tick, and no
+//! longer: a hold cannot change a segment that waits. For the same reason no more segments are
+//! taken than there is `room` for. Where ticks are so long that this time lies beyond the segments
+//! that wait, the power at the end of the last one is used.
 //!
 //! Each segment is handed out in pieces, one for each segment that its power comes from. The power
-//! changes with a tick, no more than half of one beside its time. Motion is never changed.
+//! changes with a tick, at most half a tick from the right time. Motion is never changed.
 //!
-//! Out of rest the first power would have to be put out before motion begins. It stays off there.
-//! What is lost is what a laser in proportion to speed burns in that time at the slowest. At an end
-//! the power at rest comes early.
+//! Out of rest the first power would have to be put out before motion begins. There the laser stays
+//! off. Its power would follow the speed, which is lowest there, so the energy that is lost is
+//! small. At the end of motion the power at rest comes early.
 
 use core::num::NonZeroU16;
 use fixed::types::U1F31;
@@ -34,39 +34,39 @@ pub const LONGEST_LEAD: u32 = 1000;
 /// Hands on segments with the power of later ones. Main loop.
 #[derive(Debug)]
 pub struct PowerLead<'a, const MOTORS: usize> {
-    /// Timer counts.
+    /// The lead, in counts of the step timer.
     lead: u64,
     waiting: &'a mut DequeView<Segment<MOTORS>>,
 }
 
 /// Where a segment's power comes from.
 struct Source {
-    /// Power there, at the middle of the first tick.
+    /// The power in the middle of the first tick.
     power: Power,
     /// Change of the power in a timer count.
     slope: f32,
-    /// Timer counts for which it lasts.
+    /// Timer counts for which this source can be used.
     lasts: u64,
 }
 
 impl<'a, const MOTORS: usize> PowerLead<'a, MOTORS> {
-    /// Makes one without a lead, which hands on each segment with its own power. With a lead,
-    /// segments wait in `waiting`. Where the lead spans more of them than fit there, the last one's
-    /// power is put out for the rest of it.
+    /// Makes a lead of 0, which hands on each segment with its own power. Where there is a lead,
+    /// segments wait in `waiting`. Where the lead spans more segments than fit there, the last
+    /// one's power is put out for the rest of the lead.
     pub fn new<const WAITING: usize>(waiting: &'a mut Deque<Segment<MOTORS>, WAITING>) -> Self {
         Self { lead: 0, waiting }
     }
 
-    /// Sets the lead in microseconds, up to [`LONGEST_LEAD`] (more counts as that), for a step
-    /// timer of `timer_hz` counts a second. At rest.
+    /// Sets the lead in microseconds (values above [`LONGEST_LEAD`] count as [`LONGEST_LEAD`]), for
+    /// a step timer of `timer_hz` counts a second. Called at rest.
     pub fn set(&mut self, lead_us: u32, timer_hz: u32) {
         let lead = u64::from(lead_us.min(LONGEST_LEAD));
         self.lead = lead * u64::from(timer_hz) / 1_000_000;
     }
 
-    /// Hands out the next segment. Takes the segments from `source` that its power depends on, but
-    /// none while more than `room` timer counts wait already. `None` where `source` has none and
-    /// nothing waits any more.
+    /// Hands out the next segment. Takes from `source` the segments that its power depends on, but
+    /// none while segments of more than `room` timer counts wait already. `None` where `source` has
+    /// no segment and none waits.
     pub fn next(
         &mut self,
         room: u64,
@@ -109,8 +109,8 @@ impl<'a, const MOTORS: usize> PowerLead<'a, MOTORS> {
         self.waiting.clear();
     }
 
-    /// Takes segments until they cover the time that the power for the front's first tick comes
-    /// from, or none comes, or there is no room.
+    /// Takes segments until they reach to the time that belongs to the front's first tick, or
+    /// `source` has no more, or there is no room.
     fn fill(&mut self, room: u64, mut source: impl FnMut() -> Option<Segment<MOTORS>>) {
         let mut covered: u64 = self.waiting.iter().map(duration).sum();
         while !self.waiting.is_full()
@@ -124,14 +124,14 @@ impl<'a, const MOTORS: usize> PowerLead<'a, MOTORS> {
         }
     }
 
-    /// Timer counts from the start of `front` to the place of its power: the lead after the middle
-    /// of its first tick.
+    /// Timer counts from the start of `front` to the time that its power belongs to: the lead after
+    /// the middle of its first tick.
     fn reach(&self, front: &Segment<MOTORS>) -> u64 {
         self.lead + (front.interval.to_bits() >> 33)
     }
 
-    /// Where the power for the first tick of `front` comes from: the lead after the middle of that
-    /// tick.
+    /// The segment and the place in it that the power for the first tick of `front` comes from: the
+    /// lead after the middle of that tick.
     fn source(&self, front: &Segment<MOTORS>) -> Source {
         let mut after = self.reach(front);
         for segment in self.waiting.iter() {
@@ -157,7 +157,8 @@ impl Source {
         }
     }
 
-    /// The power `after` counts from the start of `segment`, which takes `lasts`.
+    /// The power from `after` counts after the start of `segment` on. The segment takes `lasts`
+    /// counts.
     fn within<const MOTORS: usize>(segment: &Segment<MOTORS>, after: u64, lasts: u64) -> Self {
         let left = lasts - after;
         let change = segment.power_change.to_bits();
@@ -190,7 +191,7 @@ fn duration<const MOTORS: usize>(segment: &Segment<MOTORS>) -> u64 {
     segment.duration().into()
 }
 
-/// Timer counts that a tick of a segment takes in the mean, at least 1.
+/// Mean interval of a segment's ticks, timer counts, at least 1.
 fn interval<const MOTORS: usize>(segment: &Segment<MOTORS>) -> u64 {
     (duration(segment) / u64::from(segment.ticks.get())).max(1)
 }
@@ -214,7 +215,7 @@ fn ticks_within<const MOTORS: usize>(segment: &Segment<MOTORS>, counts: u64) -> 
     ticks
 }
 
-/// What is left of a segment after `taken` ticks; `None` where that is nothing.
+/// The rest of a segment after `taken` ticks; `None` where no tick is left.
 fn rest_of<const MOTORS: usize>(
     segment: &Segment<MOTORS>,
     taken: NonZeroU16,
@@ -325,8 +326,8 @@ mod tests {
         marks.collect()
     }
 
-    /// How far apart (steps), at worst, marks are that are burnt on the way there and on the way
-    /// back, with a lead for the laser's delay.
+    /// The largest distance (steps) between marks burnt on the way there and the same marks burnt
+    /// on the way back, with a lead for the laser's delay.
     fn mismatch(lead_us: u32, delay_us: u64, feed: f32) -> f64 {
         let there = [10.0, 10.5, 12.0, 12.1, 12.3, 12.35, 15.0, 18.0, 30.0];
         let back = [18.0, 15.0, 12.35, 12.3, 12.1, 12.0, 10.5, 10.0, 0.0];
@@ -380,7 +381,7 @@ mod tests {
         }
     }
 
-    /// The most timer counts that were committed, with what waited. Steps take 1.2 ms, in two
+    /// The most timer counts that were handed out or waited at any time. Steps take 1.2 ms, in two
     /// spans; the lead is 1 ms.
     fn committed(room: u64) -> u64 {
         let mut queue = RigQueue::new();

@@ -32,7 +32,7 @@ const NO_LINE: u32 = (1 << LINE_BITS) - 1;
 const POWER_BITS: u32 = 23;
 /// Bits of [`Power::share`] that are rounded away.
 const ROUNDED: u32 = 9;
-/// Bits of the steps: half a metre at 250 steps/mm.
+/// Bits of `after`: 131 071 steps, half a metre at 250 steps/mm.
 const AFTER_BITS: u32 = 64 - LINE_BITS - POWER_BITS;
 
 /// A [`Pixel`] in eight bytes.
@@ -74,13 +74,13 @@ impl Packed {
 pub(crate) struct Pixels<'q>(&'q mut DequeView<Packed>);
 
 impl<'q> Pixels<'q> {
-    /// No pixels, in room for them.
+    /// An empty pool in `room`.
     pub(crate) fn new(room: &'q mut DequeView<Packed>) -> Self {
         room.clear();
         Self(room)
     }
 
-    /// How many there is room for.
+    /// The most pixels that the pool holds.
     pub(crate) fn capacity(&self) -> usize {
         self.0.storage_capacity()
     }

@@ -10,9 +10,9 @@
 //!
 //! Each call hands out a segment of at most `Config::longest_segment`; a step event that takes
 //! longer is handed out in spans. Before each segment the planner is asked again how fast the
-//! running move may end (the queue may have grown) and whether speeds have changed (overrides).
-//! Where something has, the profile is made anew from the place and the speed reached. So every
-//! change takes effect behind what was handed out.
+//! running move may end (the queue may have grown) and whether nominal speeds have changed
+//! (overrides). If an answer has changed, the profile is made anew from the place and the speed
+//! reached. So every change takes effect after the segments handed out.
 
 use crate::emit::fit::Carry;
 use crate::emit::running::{Aim, Goal, Running, Timing};
@@ -26,7 +26,7 @@ use leadscrew_stepper::Segment;
 pub struct Segmenter<const AXES: usize, const MOTORS: usize> {
     running: Option<Running<MOTORS>>,
     mode: Mode,
-    /// Squared speed at the end of the last move, mm²/s²: the next one begins with it.
+    /// Squared speed at the end of the last move, mm²/s²: the next move begins with it.
     exit_v2: f32,
     carry: Carry,
 }
@@ -61,8 +61,8 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
 
     /// Hands out the next segment: at most `Config::longest_segment` of motion.
     ///
-    /// Takes the next move from `planner` where one ends. `None` where nothing is queued, or a hold
-    /// has reached rest.
+    /// Where a move ends, takes the next one from `planner`. `None` where no move is queued, or a
+    /// hold has reached rest.
     pub fn next<K>(&mut self, planner: &mut Planner<'_, K, AXES, MOTORS>) -> Option<Segment<MOTORS>>
     where
         K: Kinematics<AXES, MOTORS>,
@@ -74,7 +74,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         if self.running.is_none() {
             self.running = Running::new(planner.start_next()?, self.exit_v2);
         }
-        // In place: moving it out and back in would cost a copy for each segment.
+        // A reference: to move it out and back in would cost a copy for each segment.
         let running = self.running.as_mut()?;
         running.begin_pixel(|| planner.take_pixel());
         let timing = Timing::new(planner.config());
@@ -94,7 +94,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
     /// Begins a feed hold: from the end of the segments handed out, the shortest stop on the path
     /// that acceleration allows.
     ///
-    /// The stop ends on a whole step; where the running move is too short, in a later move.
+    /// The stop ends on a whole step. Where the running move is too short, it ends in a later move.
     /// [`Segmenter::is_held`] tells when it has ended.
     pub fn hold(&mut self) {
         if self.mode == Mode::Going {
@@ -107,7 +107,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         }
     }
 
-    /// Goes on after a feed hold, or breaks one off that has not reached rest.
+    /// Goes on after a feed hold. A hold that has not reached rest yet is broken off.
     pub fn resume(&mut self) {
         self.mode = Mode::Going;
         self.plan_anew();
@@ -123,14 +123,14 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         self.running.is_none()
     }
 
-    /// Forgets the running move and any hold: after a reset or a jog cancel, at rest, together with
-    /// [`Planner::clear`].
+    /// Forgets the running move and any hold. Called at rest, after a reset or a jog cancel,
+    /// together with [`Planner::clear`].
     pub fn abandon(&mut self) {
         *self = Self::new();
     }
 
-    /// Has the stepper begin the rest of the running line anew, because another line came between
-    /// (parking). While held.
+    /// Makes the stepper begin the rest of the running line anew, because another line came between
+    /// (parking). Called while held.
     pub fn renew_line(&mut self) {
         if let Some(running) = &mut self.running {
             running.renew_line();
@@ -145,7 +145,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
     }
 
     /// Seconds of the rest of the profile, the speed after it, mm/s, and the steps of the running
-    /// move behind it.
+    /// move after it.
     pub(crate) fn rest_of_part(&self) -> (f32, f32, u32) {
         self.running
             .as_ref()
@@ -220,9 +220,9 @@ where
             Mode::Going => Goal::End,
             Mode::Stopping | Mode::Held => Goal::Stop,
         },
-        behind: course.behind,
+        steps_after: course.steps_after,
         exit_v2: course.exit_v2,
-        corner_v2: if course.behind > 0 {
+        corner_v2: if course.steps_after > 0 {
             f32::INFINITY
         } else {
             planner.corner_v2()
@@ -237,8 +237,8 @@ where
 
 #[cfg(test)]
 mod tests {
-    use crate::reference::{corners, job_time, to, Rig, RigQueue};
-    use crate::{Config, CornerRule, Move, MoveKind, MovePower, Overrides, Profile};
+    use crate::reference::{corners, job_time, polyline, to, Rig, RigQueue};
+    use crate::{Config, CornerRule, Move, MoveKind, MovePower, Overrides, Profile, Trapezoid};
     use leadscrew_stepper::Power;
     use proptest::prelude::*;
     use std::vec::Vec;
@@ -250,15 +250,6 @@ mod tests {
             corner_rule: CornerRule::Grbl,
             ..Config::default()
         }
-    }
-
-    /// A polyline in steps of 4 µm as moves at `feed` mm/s.
-    fn moves(points: &[[i32; 2]], feed: f32) -> Vec<Move<2>> {
-        let mm = |steps| f64::from(steps) * 0.004;
-        points
-            .iter()
-            .map(|[x, y]| to(mm(*x), mm(*y), feed))
-            .collect()
     }
 
     /// Sums differences into points, from the origin.
@@ -286,7 +277,7 @@ mod tests {
     fn a_square_takes_the_time_that_the_textbook_says() {
         let points = path(&[[5000, 0], [0, 5000], [-5000, 0], [0, -5000]]);
         let config = config(50.0, 500.0);
-        let seconds = Rig::new(config, &mut RigQueue::new()).run(&moves(&points, 40.0));
+        let seconds = Rig::new(config, &mut RigQueue::new()).run(&polyline(&points, 40.0));
         let ideal = job_time(&config, &points, f64::from(40.0f32));
         assert!((seconds / ideal - 1.0).abs() < 1e-5, "{seconds} {ideal}");
     }
@@ -396,15 +387,39 @@ mod tests {
         assert!((seconds / 3000.0 - 1.0).abs() < 1e-3, "{seconds}");
     }
 
+    /// Checks rates and accelerations of a profile. `share`: mm of each axis in a step of the
+    /// dominant motor.
+    fn check_profile(
+        profile: &Trapezoid,
+        share: [f64; 2],
+        limits: &Config<2>,
+    ) -> Result<(), TestCaseError> {
+        for (axis, share) in share.iter().enumerate() {
+            let rate = f64::from(profile.cruise()) * share / f64::from(limits.max_rate[axis]);
+            prop_assert!(rate <= 1.000_001, "rate {}", rate);
+            // A ramp may make up for the rounding of the squared speed that it begins with.
+            let start = profile.start();
+            let length = f64::from(profile.end() - start.step) - f64::from(start.part);
+            for a in profile.accelerations() {
+                let a = f64::from(a.abs());
+                let rounding = 2e-6 * f64::from(profile.entry_v2()) / (2.0 * a * length);
+                let ratio = a * share / f64::from(limits.acceleration[axis]);
+                prop_assert!(ratio <= 1.000_001 + rounding, "acceleration {}", ratio);
+            }
+        }
+        Ok(())
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(200))]
 
-        /// Look-ahead is infinite as long as the queue holds the whole job. To 0.1 %.
+        /// The exact model looks ahead without limit; so does the planner as long as the queue
+        /// holds the whole job. The times agree to 0.1 %.
         #[test]
         fn a_job_takes_the_time_of_the_exact_model(legs in legs(), rate in 5.0f32..200.0, acceleration in 10.0f32..5000.0, feed in 1.0f32..300.0) {
             let config = config(rate, acceleration);
             let points = path(&legs);
-            let seconds = Rig::new(config, &mut RigQueue::new()).run(&moves(&points, feed));
+            let seconds = Rig::new(config, &mut RigQueue::new()).run(&polyline(&points, feed));
             let ideal = job_time(&config, &points, f64::from(feed));
             prop_assert!((seconds - ideal).abs() <= 1e-3 * ideal, "{} {}", seconds, ideal);
         }
@@ -424,7 +439,7 @@ mod tests {
             let points = path(&legs);
             let corners = corners(&limits, &points);
             let (mut moves_begun, mut share) = (0, [0.0; 2]);
-            for point in moves(&points, feed) {
+            for point in polyline(&points, feed) {
                 rig.planner.push(&point).unwrap();
             }
             let mut events = events.into_iter();
@@ -439,20 +454,7 @@ mod tests {
                     share = line.steps().map(|n| 0.004 * f64::from(n) / f64::from(line.step_events().get()));
                 }
                 if let Some((Profile::Trapezoid(profile), _)) = rig.segmenter.profile() {
-                    for (axis, share) in share.iter().enumerate() {
-                        let rate = f64::from(profile.cruise()) * share / f64::from(limits.max_rate[axis]);
-                        prop_assert!(rate <= 1.000_001, "rate {}", rate);
-                        // A ramp may make up for the rounding of the squared speed that it begins
-                        // with.
-                        let start = profile.start();
-                        let length = f64::from(profile.end() - start.step) - f64::from(start.part);
-                        for a in profile.accelerations() {
-                            let a = f64::from(a.abs());
-                            let rounding = 2e-6 * f64::from(profile.entry_v2()) / (2.0 * a * length);
-                            let ratio = a * share / f64::from(limits.acceleration[axis]);
-                            prop_assert!(ratio <= 1.000_001 + rounding, "acceleration {}", ratio);
-                        }
-                    }
+                    check_profile(profile, share, &limits)?;
                 } else if let Some(corner) = corners.get(moves_begun) {
                     let v2 = f64::from(rig.segmenter.speed()).powi(2);
                     // Near a reversal the sum of two f32 unit vectors is uncertain by that much.
@@ -486,7 +488,7 @@ mod tests {
         fn parking_between_hold_and_resume_loses_no_step(x in 1000i32..9000, y in -9000i32..9000, pause in 1usize..60) {
             let mut queue = RigQueue::new();
             let mut rig = Rig::new(config(80.0, 500.0), &mut queue);
-            rig.planner.push(&moves(&[[x, y]], 60.0)[0]).unwrap();
+            rig.planner.push(&polyline(&[[x, y]], 60.0)[0]).unwrap();
             for _ in 0..pause { rig.step(); }
             rig.segmenter.hold();
             while rig.step().is_some() {}

@@ -1,4 +1,4 @@
-//! A move that runs, against the settings in exact arithmetic.
+//! Checks a running move against the settings in exact arithmetic.
 
 use super::program::{Circle, Cut};
 use crate::{Config, CornerRule, Curve, Trapezoid};
@@ -6,7 +6,7 @@ use num_rational::BigRational;
 use num_traits::ToPrimitive;
 use std::{format, string::String};
 
-/// The largest share of each limit that was made use of.
+/// The largest used share of each limit.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Worst {
     pub(super) rate: f64,
@@ -42,8 +42,8 @@ fn float(x: &BigRational) -> f64 {
     x.to_f64().expect("a number")
 }
 
-/// By how much more than its acceleration allows a profile changes the squared speed from its start
-/// to its end, as a share of the greater of the two: the effect of rounding on speeds.
+/// By how much a profile changes the squared speed from its start to its end beyond its
+/// accelerations, as a share of the greater of the two squared speeds: the effect of rounding.
 fn joint(profile: &Trapezoid) -> f64 {
     let (entry, exit) = (exact(profile.entry_v2()), exact(profile.exit_v2()));
     let [up, down] = profile.accelerations().map(|a| exact(a.abs()));
@@ -86,7 +86,7 @@ impl Leg {
         }
     }
 
-    /// Joins it with a short leg that follows, as the planner does.
+    /// Joins this leg with the short leg after it, as the planner does.
     pub(crate) fn joined(&mut self, cut: &Cut, delta: [i32; 2], scale: [i64; 2]) {
         let delta = [0, 1].map(|i| delta[i] + self.delta[i]);
         let circle = self.circle.zip(cut.circle);
@@ -97,7 +97,7 @@ impl Leg {
         };
     }
 
-    /// Path in a step, squared, mm².
+    /// The square of the path in a step, mm².
     fn step2(&self) -> BigRational {
         self.share.iter().map(|share| share * share).sum()
     }
@@ -165,8 +165,8 @@ impl Leg {
         share(0).max(share(1))
     }
 
-    /// Whether rounding hides no corner at its ends: it is longer than 40 of the coarsest steps,
-    /// and than half a millimetre.
+    /// Whether the leg is so long that rounding hides no corner at its ends: longer than 40 of the
+    /// coarsest steps, and than half a millimetre.
     pub(crate) fn stands_alone(&self, limits: &Config<2>) -> bool {
         let steps = limits
             .steps_per_mm

@@ -1,12 +1,11 @@
-//! No limit is broken: random programs, each planned move, ramp and corner against the settings in
-//! exact arithmetic.
+//! No limit is broken. Random programs are planned; each planned move, ramp and corner is compared
+//! with the settings in exact arithmetic.
 //!
-//! A profile's speeds and accelerations are `f32`: each is a rational number, and so are steps/mm
-//! and the settings. Only junction deviation has roots in it; it is compared in `f64`, a thousand
-//! times finer than the margin that the planner keeps.
+//! A profile's speeds and accelerations are `f32`; each of them is a rational number, and so are
+//! steps/mm and the settings. Only junction deviation has roots in it; it is compared in `f64`,
+//! whose error is a thousandth of the margin that the planner keeps.
 //!
-//! 1000 programs each time; as a campaign:
-//! `PROPTEST_CASES=20000 cargo test --release -p leadscrew-planner limits_tests -- --nocapture`.
+//! A run has 1000 programs. For a campaign:
 
 mod leg;
 mod program;
@@ -77,7 +76,7 @@ fn check_corner(rig: &Rig<'_>, legs: &[Leg], limits: &Config<2>) -> Result<f64, 
     Ok(if counts { v2 / corner } else { 0.0 })
 }
 
-/// By how much the squared speed at the start of a profile differs from the one that the profile
+/// The difference between the squared speed at the start of a profile and the one that the profile
 /// before it had there.
 fn jump(before: &Trapezoid, profile: &Trapezoid) -> f64 {
     let (was, is) = (before.speed_v2(profile.start()), profile.entry_v2());
@@ -95,7 +94,7 @@ fn check_end(rig: &Rig<'_>, leg: &Leg, profile: &Trapezoid) -> Result<(), String
     }
 }
 
-/// Runs a program as a planner with `settings` does, and checks it against `limits`.
+/// Runs a program with a planner that has `settings`, and checks it against `limits`.
 fn run(program: &Program, settings: Config<2>, limits: &Config<2>) -> Result<Worst, String> {
     let mut queue = RigQueue::new();
     let mut rig = Rig::new(settings, &mut queue);
@@ -153,7 +152,7 @@ fn campaign(cases: u32, plant: impl Fn(&mut Config<2>)) -> Result<Worst, String>
         failure_persistence: None,
         ..ProptestConfig::default()
     };
-    // The same programs each time, but for campaigns.
+    // The same programs in each run, except in campaigns.
     let mut runner = if cases > 1000 {
         TestRunner::new(config)
     } else {
@@ -179,8 +178,8 @@ fn cases() -> u32 {
     asked.and_then(|cases| cases.parse().ok()).unwrap_or(1000)
 }
 
-/// A line cut into pieces of 0.01 mm, planned as they come, ends at rest and takes less than 1 %
-/// longer than the line in one move.
+/// A line is cut into pieces of 0.01 mm, which are planned as they come. It ends at rest and takes
+/// at most 1 % longer than the line in one move.
 #[test]
 fn a_line_in_short_pieces_ends_at_rest_and_as_soon_as_one_move_does() {
     for angle in [0.1f64, 0.3, 0.5, 0.8, 1.1] {
@@ -265,10 +264,10 @@ fn keeps_its_curves(program: &Program) {
 }
 
 /// Where the path turns at the end of a piece that hardly moves one axis, that axis leaves nothing
-/// for braking at high speed. The piece has to end slower than it might, or the machine comes to
-/// the end of the program at 19 mm/s.
+/// for braking at high speed. The piece has to end slower than its limits allow; otherwise the
+/// machine reaches the end of the program at 19 mm/s.
 #[test]
-fn a_short_line_behind_an_arc_ends_at_rest() {
+fn a_short_line_after_an_arc_ends_at_rest() {
     let arc = Part::Arc {
         from: 2.277_384_977,
         radius: 1.554_066_805,
@@ -293,7 +292,7 @@ fn a_short_line_behind_an_arc_ends_at_rest() {
     assert!(worst.is_ok(), "{worst:?}");
 }
 
-/// At rest there is no path before the first piece; its curvature is bounded all the same.
+/// Before a start from rest there is no path. The curvature is bounded nevertheless.
 #[test]
 fn a_curve_that_begins_at_rest_is_a_curve_from_its_first_piece_on() {
     let curve = Part::Cut {
@@ -314,8 +313,8 @@ fn a_curve_that_begins_at_rest_is_a_curve_from_its_first_piece_on() {
     assert!(worst.is_ok(), "{worst:?}");
 }
 
-/// The curvature is kept in the last pieces of a path, too: a strong axis could double its speed
-/// within one of them.
+/// The curvature bounds the last pieces of a path, too; otherwise a strong axis could double its
+/// speed within one of them.
 #[test]
 fn a_curve_that_ends_at_rest_is_a_curve_up_to_its_last_piece() {
     let cut = |from, turn| Part::Cut {
@@ -338,8 +337,8 @@ fn a_curve_that_ends_at_rest_is_a_curve_up_to_its_last_piece() {
     keeps_its_curves(&program);
 }
 
-/// The axis along the line is strong, the one across it weak. Where the first pieces of the curve
-/// were taken for the end of the line, the weak axis took more than its acceleration.
+/// The axis along the line is strong, the axis across it is weak. If the first pieces of the curve
+/// were taken for the end of the line, the weak axis would exceed its acceleration.
 #[test]
 fn a_curve_that_begins_at_a_corner_of_a_line_in_pieces_is_a_curve_from_its_first_piece_on() {
     type Found = ([f64; 2], [f64; 4], [f32; 2], [i64; 2]);

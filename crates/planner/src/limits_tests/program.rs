@@ -1,4 +1,4 @@
-//! Random programs: lines, arcs, curves and lines in pieces, and the events in between.
+//! Random programs of lines, arcs, curves and lines in pieces, with events in between.
 
 use crate::reference::to;
 use crate::{
@@ -9,10 +9,10 @@ use proptest::prelude::*;
 use std::vec;
 use std::vec::Vec;
 
-/// A part of a program, from where the last one ended.
+/// A part of a program. It begins where the part before it ended. Lengths in mm, angles in radians.
 #[derive(Clone, Debug)]
 pub(super) enum Part {
-    /// mm.
+    /// A straight line by `x` and `y`.
     Line { x: f64, y: f64 },
     /// A G2 or G3: the angle on its circle where it begins (radians), its radius (mm), and the
     /// angle of the turn (radians).
@@ -36,7 +36,7 @@ pub(super) enum Event {
     Resume,
     Feed(u8),
     Rapid(u8),
-    /// A hold; at its rest all motion that is left is forgotten.
+    /// A hold. When it has come to rest, all queued motion is forgotten.
     Cancel,
 }
 
@@ -115,10 +115,10 @@ pub(crate) fn program() -> impl Strategy<Value = Program> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Circle {
     radius: f64,
-    /// The way from the curve's start to the piece.
+    /// The length of the curve before the piece.
     before: f64,
-    /// The way from the piece to the curve's end.
-    behind: f64,
+    /// The length of the curve after the piece.
+    after: f64,
 }
 
 impl Circle {
@@ -131,20 +131,20 @@ impl Circle {
         (radius == next.radius).then_some(Self {
             radius,
             before,
-            behind: next.behind,
+            after: next.after,
         })
     }
 
     /// The curvature at both ends of a piece of this length, 1/mm, or 0 where the curve itself
-    /// ends. Points are rounded, and the path may pass them as far away on the other side. So over
-    /// the way to the nearer end of the curve the path may be straighter than the circle by that
-    /// much.
+    /// ends. Points are rounded, and the path may pass them at the same distance on the other side.
+    /// So over the distance to the nearer end of the curve the path may be that much straighter
+    /// than the circle.
     pub(super) fn ends(self, length: f64) -> [f64; 2] {
         let at = |way: f64| (1.0 / self.radius - 8.0 * Self::ROUNDING / (way * way)).max(0.0);
-        let (before, behind) = (self.before, self.behind);
+        let (before, after) = (self.before, self.after);
         [
-            at(before.min(behind + length)),
-            at(behind.min(before + length)),
+            at(before.min(after + length)),
+            at(after.min(before + length)),
         ]
     }
 }
@@ -239,7 +239,7 @@ impl Program {
                 let circle = |k| Circle {
                     radius,
                     before: (k - 1) as f64 * piece,
-                    behind: (pieces - k) as f64 * piece,
+                    after: (pieces - k) as f64 * piece,
                 };
                 let cuts = (1..=pieces).map(|k| cut(point(k), Some(circle(k))));
                 (cuts.collect(), point(pieces))

@@ -17,7 +17,7 @@
 //! the tolerance by the factor `((n + 1)/n)²` at most. The other axes move in proportion (helix).
 //!
 //! Each chord's end is the start rotated about the centre, in `f32` relative to the centre: it is
-//! exact to 4·10⁻⁷ of the radius. The last one is the exact end.
+//! exact to 4·10⁻⁷ of the radius. The end of the last chord is the exact end of the arc.
 
 use crate::path::trigonometry::sin_cos;
 use crate::real::{norm2, sqrt};
@@ -88,13 +88,12 @@ impl<const AXES: usize> Arc<AXES> {
         self.radius
     }
 
-    /// How many chords the arc is made of, at least 1. In G93 each of them takes the same share of
-    /// the arc's time.
+    /// The number of chords, at least 1. In G93 each chord takes the same share of the arc's time.
     pub const fn chords(&self) -> u32 {
         self.chords
     }
 
-    /// The point after `made` chords.
+    /// The end of chord number `made`, counted from 1.
     fn point(&self, made: u32) -> [Coordinate; AXES] {
         let share = made as f32 / self.chords as f32;
         let (sin, cos) = sin_cos(self.angle * share);
@@ -130,7 +129,7 @@ impl<const AXES: usize> Iterator for Arc<AXES> {
     }
 }
 
-/// The angle from `from` to `to` in the sense of rotation asked for; a full turn where they
+/// The angle from `from` to `to` in the direction of rotation, radians; a full turn where they
 /// coincide.
 fn angle_between(from: [f32; 2], to: [f32; 2], clockwise: bool) -> f32 {
     let cross = from[0] * to[1] - from[1] * to[0];

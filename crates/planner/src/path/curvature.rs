@@ -9,24 +9,25 @@
 //!   k = (P(s+h) − 2·P(s) + P(s−h)) / (|P(s+h) − P(s)|·|P(s) − P(s−h)|)
 //! ```
 //!
-//! The curvature at a place `s` of the path, over the length `h` to both sides, is the second
-//! difference divided by both chords.
+//! The curvature `k` at a place `s` of the path, measured over the length `h` to both sides, is the
+//! second difference divided by the lengths of both chords.
 //!
-//! Coordinates are rounded to a few decimals, each by up to `e`. That makes an error of `4·e/h²`.
-//! So `h` begins as the length of the shorter of the two pieces, and grows until
+//! Coordinates are rounded to a few decimals, each by up to `e`. That makes an error of `4·e/h²` in
+//! `k`. So `h` begins as the length of the shorter of the two pieces, and grows until
 //!
 //! ```text
-//!   4·e/h² ≤ QUIET · max(|k|, a/x)
+//!   4·e/h² ≤ ALLOWED_ERROR · max(|k|, a/x)
 //! ```
 //!
-//! Here `x` is the lower one of the highest squared speeds of the two pieces, and `a` the
-//! acceleration across the path.
+//! Here `x` is the lower of the two pieces' highest squared speeds, and `a` the acceleration across
+//! the path. `a/x` is the least curvature that bounds the speed.
 //!
 //! Each length that is tried bounds the curvature from both sides by its own error. The result
-//! keeps all of these bounds, so it bends the path by no more than rounding does.
+//! keeps within all of these bounds.
 //!
-//! A curve that goes on as it did at the turn before is measured once, over the length that was
-//! found there. Where its curvature has changed, it is compared with the one over half that length.
+//! Where a curve goes on as at the turn before, its curvature is measured once, over the length
+//! that was found at that turn. Where the curvature has changed, it is compared with the curvature
+//! over half that length.
 
 use super::probe::Probe;
 use super::window::{Window, MM};
@@ -34,59 +35,62 @@ use crate::config::Limits;
 use crate::real::{least, most, norm2, sqrt};
 use crate::space::polygon::greatest;
 
-/// The share of the curvature, or of the least one that bounds the speed, that rounding may make
-/// up.
-const QUIET: f32 = 0.01;
+/// The error that rounding may make, as a share of the curvature or of the least curvature that
+/// bounds the speed, whichever is greater.
+const ALLOWED_ERROR: f32 = 0.01;
 
-/// A second difference counts four points: each is off by one unit, mm.
+/// The largest second difference that rounding to coordinate units can make, mm: it adds up four
+/// coordinates, each off by one unit at most.
 const FINEST: f32 = 4.0 * MM;
 
-/// A length is long enough where its square is too short by no more than this factor.
+/// A length is long enough if its square is too small by no more than this factor.
 const NEAR_ENOUGH: f32 = 1.1;
 
-/// The same for a length that was long enough at the turn before.
+/// A length that was long enough at the turn before is still long enough if its square is too small
+/// by no more than this factor.
 const STILL_NEAR_ENOUGH: f32 = 1.4;
 
-/// Where rounding asks for less than this share of a length's square, the next turn tries
+/// If less than this share of the length's square would be enough for rounding, the next turn tries
 /// [`SHORTER`] of the length.
 const TOO_LONG: f32 = 0.5;
 const SHORTER: f32 = 0.75;
 
-/// The length grows to this many times the shorter of the two pieces at most.
+/// The greatest length, in lengths of the shorter of the two pieces.
 const LONGEST: f32 = 32.0;
 
-/// The length grows to no more than this, mm.
+/// The greatest length, mm.
 const FARTHEST: f32 = 32.0;
 
-/// The curvatures of two turns are alike where they differ by no more than this share of
-/// [`Meeting::loudness`].
+/// The curvatures of two turns are alike if they differ by no more than this share of
+/// [`Meeting::reference`].
 const ALIKE: f32 = 0.2;
 
-/// A curvature may differ by this share of [`Meeting::loudness`] from the last one that was
-/// compared with that over a shorter length.
+/// A curvature is compared anew with the curvature over a shorter length once it differs by more
+/// than this share of [`Meeting::reference`] from the last one compared.
 const DRIFT: f32 = 0.05;
 
-/// The second difference of three points may be off by this many times their rounding.
+/// The greatest error of a second difference, in roundings of a point.
 const OFF: f32 = 4.0;
 
 /// A curvature over the acceleration of each axis, s²/mm², and the length to both sides over which
 /// it holds, mm.
 pub(super) type Curved<const AXES: usize> = ([f32; AXES], f32);
 
-/// What the length for a turn's curvature depends on. Lengths in mm.
+/// Two pieces that meet: the values that decide over which length the curvature is measured.
+/// Lengths in mm.
 struct Meeting {
     /// Lengths of the two pieces.
     lengths: [f32; 2],
     /// The shorter of these.
     shorter: f32,
-    /// 1/(highest squared speed) of the piece where that is lower, s²/mm².
+    /// 1/(highest squared speed) of the slower piece, s²/mm².
     per_top_v2: f32,
     rounding: f32,
 }
 
 impl<const AXES: usize> Window<AXES> {
-    /// The curvature at the start of a piece; `None` where that needs more path and `now` is not
-    /// set.
+    /// The curvature at the start of a piece. `None` if more path has to be known for it and `now`
+    /// is not set.
     pub(super) fn curved(
         &self,
         number: u32,
@@ -100,7 +104,7 @@ impl<const AXES: usize> Window<AXES> {
         let room = least(self.room_ahead(number), self.room_behind(number));
         let reach = least(wanted, room);
         let bend = self.curvature(number, reach, limits, &mut probe.pieces);
-        let loudness = meeting.loudness(&bend);
+        let reference = meeting.reference(&bend);
         let longer2 = meeting.error(&bend, reach, limits);
         let is_shortest = reach <= meeting.shorter;
         if is_shortest && longer2 <= NEAR_ENOUGH {
@@ -109,7 +113,7 @@ impl<const AXES: usize> Window<AXES> {
         }
         let is_long_enough = longer2 <= STILL_NEAR_ENOUGH || reach < wanted;
         let goes_on = is_long_enough
-            && self.is_as_before(number, &meeting, (&bend, loudness), limits, probe)
+            && self.is_as_before(number, &meeting, (&bend, reference), limits, probe)
             && self.is_steady(number, &meeting, (&bend, reach), limits, probe);
         if goes_on {
             if longer2 < TOO_LONG {
@@ -123,7 +127,7 @@ impl<const AXES: usize> Window<AXES> {
         Some(curved)
     }
 
-    /// Tries one length after the other, the shorter piece's first.
+    /// Tries one length after the other, beginning with the length of the shorter piece.
     fn search(
         &self,
         number: u32,
@@ -151,7 +155,8 @@ impl<const AXES: usize> Window<AXES> {
             let longer2 = meeting.error(&bend, reach, limits);
             let is_cut_short = reach < length;
             if is_cut_short && !is_open {
-                // Near a rest or a sharp turn motion is slow: the straightest path is enough.
+                // The length cannot grow because of a rest or a sharp turn. Motion is slow there,
+                // so the straightest path within the bounds is good enough.
                 range.narrow(&curved, reach, meeting, limits);
                 return Some((range.nearest(&[0.0; AXES]), reach));
             }
@@ -173,8 +178,9 @@ impl<const AXES: usize> Window<AXES> {
         }
     }
 
-    /// The curvature over a length, over the acceleration of each axis, s²/mm². It is exact on a
-    /// circle. The path is that long to both sides.
+    /// The curvature measured over a length to both sides, divided by the acceleration of each
+    /// axis, s²/mm². It is exact on a circle. The caller has checked that the path is that long to
+    /// both sides.
     pub(super) fn curvature(
         &self,
         number: u32,
@@ -185,7 +191,7 @@ impl<const AXES: usize> Window<AXES> {
         let (mut bend, product2) = self.aside(number, length, pieces);
         let per_length2 = 1.0 / sqrt(product2);
         for (bend, per_acceleration) in bend.iter_mut().zip(&limits.per_acceleration) {
-            // Coordinates are no finer: the path is straight.
+            // Anything less may be rounding: the path is straight.
             *bend = if bend.abs() > FINEST {
                 *bend * per_length2 * per_acceleration
             } else {
@@ -195,12 +201,13 @@ impl<const AXES: usize> Window<AXES> {
         bend
     }
 
-    /// Whether a curvature is still as great as when it was last compared with that over a shorter
-    /// length. Where it is not: whether the curvature over half its length is the same but for
-    /// rounding.
+    /// Whether a curvature is still the one that was last compared with the curvature over a
+    /// shorter length. If it has changed, it is compared again: whether the curvature over half the
+    /// length is the same, except for rounding.
     ///
-    /// Small changes from turn to turn may add up. Where a line becomes a curve, the curvature of
-    /// the path changes at once, but the curvature over a length grows little by little.
+    /// Without this, small changes could add up from turn to turn. Where a line becomes a curve,
+    /// the curvature of the path changes at once, but the curvature over a length grows little by
+    /// little.
     fn is_steady(
         &self,
         number: u32,
@@ -211,7 +218,7 @@ impl<const AXES: usize> Window<AXES> {
     ) -> bool {
         let curvature = sqrt(curvature2(bend, limits));
         let drift = (curvature - probe.compared).abs() * greatest(bend);
-        if drift <= DRIFT * meeting.loudness(bend) * curvature {
+        if drift <= DRIFT * meeting.reference(bend) * curvature {
             return true;
         }
         let shorter = most(0.5 * reach, meeting.shorter);
@@ -227,13 +234,13 @@ impl<const AXES: usize> Window<AXES> {
         is_same
     }
 
-    /// Whether a curvature is like that of the turn before, and explains the turn between the two
-    /// pieces, but for what rounding may have made of it.
+    /// Whether a curvature is like the one at the turn before, and explains the turn between the
+    /// two pieces, except for rounding.
     fn is_as_before(
         &self,
         number: u32,
         meeting: &Meeting,
-        (bend, loudness): (&[f32; AXES], f32),
+        (bend, reference): (&[f32; AXES], f32),
         limits: &Limits<AXES>,
         probe: &Probe<AXES>,
     ) -> bool {
@@ -244,7 +251,7 @@ impl<const AXES: usize> Window<AXES> {
         let [before, after] = meeting.lengths;
         let half = 0.5 * (before + after);
         let off = OFF * meeting.rounding * half;
-        let near = ALIKE * loudness;
+        let near = ALIKE * reference;
         let turns = from.iter().zip(to).zip(&limits.acceleration);
         let mut axes = turns.zip(bend.iter().zip(&probe.before));
         axes.all(|(((from, to), acceleration), (bend, last))| {
@@ -259,13 +266,14 @@ impl Meeting {
         least(LONGEST * self.shorter, FARTHEST)
     }
 
-    /// The greater of a curvature and of the least one that bounds the speed, s²/mm².
-    fn loudness(&self, bend: &[f32]) -> f32 {
+    /// The value that errors and changes are compared with: the curvature, or the least curvature
+    /// that bounds the speed if that is greater, s²/mm².
+    fn reference(&self, bend: &[f32]) -> f32 {
         most(greatest(bend), self.per_top_v2)
     }
 
-    /// The error of a curvature over a length, divided by the error that is allowed. Error and
-    /// curvature both lie across the path, so the axes share the error as they share the curvature.
+    /// The error of a curvature measured over a length, divided by the allowed error. Error and
+    /// curvature both lie across the path, so the axes share the error in the same proportion.
     /// Where the path does not turn, all of the error is taken to be on the weakest axis.
     fn error<const AXES: usize>(
         &self,
@@ -280,12 +288,12 @@ impl Meeting {
         } else {
             limits.per_weakest
         };
-        let allowed = QUIET * most(worst, self.per_top_v2);
+        let allowed = ALLOWED_ERROR * most(worst, self.per_top_v2);
         OFF * self.rounding * per_acceleration / (length * length * allowed)
     }
 }
 
-/// The square, 1/mm², of a curvature that is given over the acceleration of each axis.
+/// The square (1/mm²) of a curvature that is given divided by the acceleration of each axis.
 pub(super) fn curvature2<const AXES: usize>(bend: &[f32; AXES], limits: &Limits<AXES>) -> f32 {
     let mut curvature = *bend;
     for (curvature, acceleration) in curvature.iter_mut().zip(&limits.acceleration) {
@@ -300,8 +308,8 @@ struct Range<const AXES: usize>([[f32; 2]; AXES]);
 impl<const AXES: usize> Range<AXES> {
     const ANY: Self = Self([[f32::NEG_INFINITY, f32::INFINITY]; AXES]);
 
-    /// Narrows the range by the curvature `bend` that was found over `length`. That may be off
-    /// because points are rounded, and because they lie on pieces of uneven length.
+    /// Narrows the range by the curvature `bend` that was measured over `length`. Its error comes
+    /// from rounded points, and from points on pieces of uneven length.
     fn narrow(&mut self, bend: &[f32; AXES], length: f32, of: &Meeting, limits: &Limits<AXES>) {
         let per_length2 = 1.0 / (length * length);
         let longer = most(of.lengths[0], of.lengths[1]);

@@ -13,12 +13,12 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// The highest speed in all directions, mm/s: `v² = a·R`.
+    /// The highest speed at which the arc can be passed in every direction, mm/s: `v² = a·R`.
     pub fn top_speed(self) -> f32 {
         sqrt(self.acceleration * self.radius)
     }
 
-    /// How far the ends of chords may be beside the circle on each axis, mm: the resolution of a
+    /// How far the ends of chords may be from the circle on each axis, mm: the resolution of a
     /// coordinate here, and of `f32` (see `arc`).
     pub(crate) fn rounding(self) -> f32 {
         2e-6 + 4e-7 * self.radius

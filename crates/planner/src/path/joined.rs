@@ -8,19 +8,19 @@
 //!     o---------+---------o   the move
 //! ```
 //!
-//! An arc's centre is two thirds of the sagitta away from the middle of its chord. Where rounding
-//! moves the ends of pieces to both sides of a line, their centre is on it.
+//! The centre of an arc is two thirds of the sagitta away from the middle of its chord. Where
+//! rounding moves the ends of pieces to both sides of a line, their centre is on the line.
 //!
-//! With the way `W` and the length `L` of the pieces so far, and the centre at `W/2 + M/(2·L)`, one
-//! more piece with the way `w` and the length `l` makes of `M`
+//! The pieces so far have the vector `W` from start to end, the length `L`, and their centre at
+//! `W/2 + M/(2·L)`. One more piece with the vector `w` and the length `l` changes `M` to
 //!
 //! ```text
 //!   M + l·W − L·w
 //! ```
 //!
 //! Pieces of a smooth curve are joined while their centre is near the line: long chords of a curve
-//! turn sharply, and cost time. Outlines of pixels turn sharply themselves. Their centre does not
-//! count.
+//! would turn sharply, and cost time. Outlines of pixels turn sharply anyway, so there the centre
+//! does not matter.
 
 use super::window::SHARP2;
 use crate::real::{norm2, sqrt};
@@ -34,9 +34,9 @@ const BENT2: f32 = 1e-4;
 pub(crate) struct Joined<const AXES: usize> {
     /// `W`: from the start of the first piece to the end of the last one, mm.
     way: [f32; AXES],
-    /// `L`: all pieces, one after the other, mm.
+    /// `L`: the length of all pieces together, mm.
     length: f32,
-    /// `M`, mm².
+    /// `M`, mm²: how far the centre lies beside the line, see the module.
     aside: [f32; AXES],
     /// Whether the pieces turn.
     pub(crate) is_bent: bool,
@@ -45,7 +45,7 @@ pub(crate) struct Joined<const AXES: usize> {
 }
 
 impl<const AXES: usize> Joined<AXES> {
-    /// One piece, which leads `way` mm on.
+    /// One piece with the vector `way`, mm.
     pub(super) fn new(way: [f32; AXES]) -> Self {
         Self {
             way,
@@ -56,7 +56,7 @@ impl<const AXES: usize> Joined<AXES> {
         }
     }
 
-    /// These pieces and one more, which leads `more` mm on.
+    /// These pieces and one more with the vector `more`, mm.
     pub(super) fn with(mut self, more: &[f32; AXES]) -> Self {
         let length = sqrt(norm2(more));
         let straight = sqrt(norm2(&self.way)) * length;
@@ -73,8 +73,8 @@ impl<const AXES: usize> Joined<AXES> {
         self
     }
 
-    /// Whether the centre of the pieces is near the line, or the pieces are jagged. `near2` is the
-    /// square of the distance that is near, mm².
+    /// Whether the pieces may be one move: their centre is near the line, or they are jagged.
+    /// `near2` is the square of the distance that counts as near, mm².
     pub(super) fn are_near(&self, near2: f32) -> bool {
         self.is_jagged || norm2(&self.aside) <= 4.0 * near2 * self.length * self.length
     }

@@ -14,8 +14,8 @@
 //!   R = d·s / (1 − s)        s = sin(θ/2)
 //! ```
 //!
-//! The corner may be taken as fast as that circle: `v² = a·R`. The axes allow the acceleration `a`
-//! along the change of direction `u1 − u0`. The path itself keeps its corner.
+//! The corner may be taken as fast as that circle: `v² = a·R`. `a` is the acceleration that the
+//! axes allow along the change of direction `u1 − u0`. The path itself keeps its corner.
 //!
 //! Source: S. K. Jeon, *Improving Grbl: Cornering Algorithm* (2011); the per-axis acceleration as
 //! in Grbl 1.1.
@@ -35,8 +35,8 @@ use crate::real::{most, norm2, sqrt, worst};
 /// 0.999999).
 const FLAT: f32 = 1e-6;
 
-/// How far sum and difference of two unit vectors may be from the true ones: seven roundings of an
-/// `f32` to either side.
+/// The greatest error of the sum and of the difference of two unit vectors: seven roundings of an
+/// `f32`.
 const UNCERTAIN: f32 = 4e-7;
 
 /// The squared speed (mm²/s²) at which the direction may change from `u0` to `u1` (unit vectors): 0

@@ -1,19 +1,20 @@
-//! How the curvature of a path was measured at a turn, for the turn after it.
+//! The result of measuring the curvature at a turn, kept for the next turn.
 
-/// How the curvature was measured at the turn before.
+/// The measurement at the turn before.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Probe<const AXES: usize> {
-    /// The length that rounding asks for, mm.
+    /// The length to measure over, so that rounding does not matter, mm.
     pub(super) wanted: f32,
-    /// How many pieces that is, ahead and behind.
+    /// The number of pieces within that length, ahead and back.
     pub(super) pieces: [u32; 2],
-    /// The curvature that was found, over the acceleration of each axis, s²/mm².
+    /// The curvature that was measured, divided by the acceleration of each axis, s²/mm².
     pub(super) before: [f32; AXES],
-    /// The curvature when it was last compared with that over a shorter length, 1/mm.
+    /// The curvature that was last compared with the one over a shorter length, 1/mm.
     pub(super) compared: f32,
     /// Whether the path had a curvature at that turn.
     pub(super) is_curved: bool,
-    /// Whether the curve goes on as it did: rounding explains what the two pieces turn besides.
+    /// Whether the curve went on as at the turn before it: apart from rounding, it explains the
+    /// turn.
     pub(super) goes_on: bool,
 }
 

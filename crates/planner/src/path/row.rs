@@ -1,5 +1,5 @@
-//! A row of a raster: moves that go straight on at one feed and differ in power only are planned as
-//! one.
+//! A row of a raster: moves that go straight on at one feed and differ only in power are planned as
+//! one move.
 //!
 //! ```text
 //!   X1 S10   X2 S80   G0 X2.5 S0   G1 X3 S40        one planned move, its first power 10,
@@ -8,17 +8,18 @@
 //!
 //! See [`crate::emit::pixel`].
 //!
-//! Look-ahead counts moves. Were each pixel a move, 1024 of 0.1 mm would let a machine of 500 mm/s²
-//! go no faster than 320 mm/s (`√(2·a·N·L)`).
+//! The look-ahead is limited to a number `N` of moves. If each pixel of 0.1 mm were a move, 1024
+//! moves would let a machine of 500 mm/s² go no faster than 320 mm/s (`√(2·a·N·L)`).
 //!
-//! The moves of a row are those of a laser, go on in exactly the same direction, counted in steps,
+//! All moves of a row belong to a laser, go on in exactly the same direction (counted in steps),
 //! and have the same feed in mm/min and the same mode. So neither the limits nor the corner before
 //! the row change as it grows.
 //!
-//! A short rapid between pixels (`G0 … S0`) belongs to the row: it has the row's speed and no
-//! power. In a gap of length `L` a rapid accelerates from the speed `v` to its middle. That gains
-//! no more than `a·L/4v²` of its time. Where that is less than a thousandth, the gap is part of the
-//! row. At most 250 moves remain in the distance `v²/2a` that stopping takes.
+//! A short rapid between pixels (`G0 … S0`) belongs to the row: it gets the row's speed and no
+//! power. By itself, in a gap of length `L`, a rapid would accelerate from the speed `v` until its
+//! middle. That would save no more than the share `a·L/4v²` of its time. If that is less than a
+//! thousandth, the gap is part of the row. A longer gap is a move of its own. Of such gaps and the
+//! rows between them at most 250 lie in the distance `v²/2a` that stopping takes.
 
 use crate::emit::pixel::{Packed, Pixel};
 use crate::{Feed, Move, MoveKind, MovePower};
@@ -33,7 +34,7 @@ pub(crate) struct Row<const MOTORS: usize> {
     dominant: usize,
     /// Power at its end.
     power: MovePower,
-    /// Step of the dominant motor at which that began.
+    /// The step of the dominant motor at which this power began.
     changed: u32,
     /// Feed, mm/s.
     feed: f32,
@@ -83,8 +84,8 @@ impl<const MOTORS: usize> Row<MOTORS> {
         self.delta
     }
 
-    /// The row's steps together with `delta`; `None` where `delta` leads another way, or farther
-    /// than one line goes.
+    /// The row's steps together with `delta`. `None` where `delta` leads in another direction, or
+    /// the sum is more than one line can have.
     fn longer(&self, delta: &[i32; MOTORS]) -> Option<[i32; MOTORS]> {
         let (way, on) = (self.along(&self.delta), self.along(delta));
         if (way > 0) != (on > 0) {
@@ -137,15 +138,16 @@ fn row_feed<const AXES: usize>(of: &Move<AXES>) -> Option<f32> {
     }
 }
 
-/// Whether a move is a straight rapid. [`is_short`] tells whether it may be part of a row.
+/// Whether a move is a straight rapid. [`is_short`] tells whether such a rapid may be part of a
+/// row.
 pub(crate) fn is_gap<const AXES: usize>(of: &Move<AXES>) -> bool {
     of.kind == MoveKind::Rapid && of.curve.is_none()
 }
 
-/// Whether a rapid of `length` mm gains next to nothing over a row at `speed` mm/s, on a machine
+/// Whether a rapid of `length` mm saves next to no time over a row at `speed` mm/s, on a machine
 /// with the acceleration `acceleration`, mm/s².
 pub(crate) fn is_short(length: f32, speed: f32, acceleration: f32) -> bool {
-    /// The value of `a·L/v²` that gains a thousandth of the time.
+    /// The value of `a·L/v²` that saves a thousandth of the time.
     const LITTLE: f32 = 4.0 / 1000.0;
     acceleration * length <= LITTLE * speed * speed
 }

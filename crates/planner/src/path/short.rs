@@ -1,4 +1,4 @@
-//! Pieces of a few steps are joined to one move.
+//! Pieces of a few steps are joined into one move.
 //!
 //! ```text
 //!      .  .  .  x--x
@@ -6,35 +6,36 @@
 //!      x--.  .  .  .
 //! ```
 //!
-//! A piece of 2.5 steps, rounded to steps, is off its direction by up to 0.3 rad. A line of such
-//! pieces is longer than the line, and each piece has the rate and the acceleration of its own
-//! direction. At 80 steps/mm pieces of 0.01 mm take up to a fifth longer than the line. With 32
-//! steps the direction is right.
+//! A piece of 2.5 steps, rounded to whole steps, is off its direction by up to 0.3 rad. A row of
+//! such pieces is longer than the straight line, and each piece has the rate and the acceleration
+//! of its own direction. At 80 steps/mm pieces of 0.01 mm take up to a fifth longer than the line.
+//! A move of 32 steps has nearly the right direction.
 //!
-//! The joined move ends where its last piece does and makes as many steps of each motor. It passes
-//! the end of each piece with no motor more than a step beside it. Places are compared at the same
-//! number of steps from the start, counted over all motors. So each end leaves a range to the share
-//! that a motor has in all steps. Pieces are joined while each motor's share is within its range,
-//! and, on a smooth curve, while the pieces stay near the joined move (see `joined`).
+//! The joined move ends where its last piece ends, and makes the same steps of each motor. It
+//! passes the end of each piece with every motor within a step of its place there. (Places are
+//! compared at the same number of steps from the start, counted over all motors.) So the end of
+//! each piece allows a range for the share of each motor in all steps. Pieces are joined while the
+//! share of each motor is within its range, and, on a smooth curve, while the pieces stay near the
+//! joined move (see `joined`).
 
 use super::joined::Joined;
 use crate::real::{least, most};
 
-/// Moves that are shorter than this many of the coarsest steps are joined to the next one. The
-/// direction of longer moves is off by 1/32 at most, their length by half the square of that,
+/// A move that is shorter than this many of the coarsest steps is joined to the next one. The
+/// direction of a longer move is off by 1/32 at most, and its length by half the square of that,
 /// 1/2000.
 pub(crate) const STEPS: u32 = 32;
 
-/// While all motors together make fewer steps than this, pieces are joined within a step, wherever
-/// their centre is: they give no direction at all.
+/// While all motors together make fewer steps than this, pieces are joined wherever their centre
+/// is, because they give no direction at all. The ends are still passed within a step.
 const FEWEST: f32 = 0.5 * STEPS as f32;
 
-/// Longer pieces of a smooth curve are joined while their centre is this near to the joined move: a
-/// share of `STEPS` of the coarsest steps, squared. It is a sixth of a step; the sagitta is then a
-/// quarter of one.
+/// Pieces of a smooth curve with more steps are joined while their centre is this near to the
+/// joined move: the square of a share of `STEPS` of the coarsest steps. The centre is then within a
+/// sixth of a step, and the sagitta within a quarter of one.
 const NEAR2: f32 = 1.0 / (6 * STEPS * 6 * STEPS) as f32;
 
-/// The last queued move, where it has too few steps to give a direction.
+/// The last queued move, while it has too few steps to give a direction.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Short<const AXES: usize, const MOTORS: usize> {
     motors: [Motor; MOTORS],
@@ -48,14 +49,14 @@ pub(crate) struct Short<const AXES: usize, const MOTORS: usize> {
 struct Motor {
     /// Steps, with sign.
     steps: i32,
-    /// The smallest share in all steps that passes the ends of the pieces within a step.
+    /// The smallest share in all steps for which the ends of all pieces are passed within a step.
     smallest: f32,
-    /// The largest one.
+    /// The largest such share.
     largest: f32,
 }
 
 impl<const AXES: usize, const MOTORS: usize> Short<AXES, MOTORS> {
-    /// Begins with a move by `delta` steps, which leads `way` mm on.
+    /// A short move by `delta` steps with the vector `way`, mm.
     pub(crate) fn new(delta: &[i32; MOTORS], way: [f32; AXES]) -> Self {
         Self {
             pieces: Joined::new(way),
@@ -68,9 +69,9 @@ impl<const AXES: usize, const MOTORS: usize> Short<AXES, MOTORS> {
         }
     }
 
-    /// This move joined with one more short piece by `delta` steps, which leads `way` mm on; `None`
-    /// where one move cannot stand for both. `short2` is the square of the length of [`STEPS`] of
-    /// the coarsest steps, mm².
+    /// This move joined with one more short piece by `delta` steps with the vector `way`, mm;
+    /// `None` where one move cannot stand for both. `short2` is the square of the length of
+    /// [`STEPS`] of the coarsest steps, mm².
     pub(crate) fn joined(
         &self,
         delta: &[i32; MOTORS],
@@ -108,8 +109,9 @@ fn count<const MOTORS: usize>(delta: &[i32; MOTORS]) -> f32 {
 }
 
 impl Motor {
-    /// Makes `more` steps, where all motors made `done` of them and are to make `all`. Returns
-    /// whether the motor still passes the ends of the pieces so far, and does not turn back.
+    /// Adds `more` steps of this motor. All motors made `done` steps so far, and `all` steps with
+    /// the new piece. Returns whether the motor still passes the ends of all pieces within a step,
+    /// and does not turn back.
     #[inline(never)] // not once for each motor
     fn lengthen(&mut self, more: i32, done: f32, all: f32) -> bool {
         let end = self.steps as f32;

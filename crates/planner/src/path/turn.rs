@@ -1,16 +1,17 @@
-//! How fast a path may turn where two of its pieces meet.
+//! The highest speed at which a path may turn where two of its pieces meet.
 //!
-//! A turn of less than 22 degrees may be part of a smooth curve. Its curvature bounds the squared
-//! speed. Junction deviation bounds it too, unless the curve explains the turn and stays within
-//! `$11` of the pieces. A curve explains a turn where the points are off by no more than rounding
-//! makes them.
+//! A turn of less than 22 degrees may be part of a smooth curve. Then its curvature bounds the
+//! squared speed. Junction deviation bounds it too, unless the curve explains the turn and stays
+//! within `$11` of the pieces. A curve explains a turn if the points are off the curve by no more
+//! than their rounding.
 //!
-//! A sharper turn is a corner, with the speed of junction deviation. Between short pieces curvature
-//! bounds the speed as well. It is measured over one and over two pieces to both sides, and the
-//! greater of the two speeds counts: over two pieces, turns to and fro cancel.
+//! A sharper turn is a corner: junction deviation bounds its speed. Between short pieces curvature
+//! bounds the speed as well. It is measured over one piece and over two pieces to both sides, and
+//! the measurement that allows the higher speed counts: over two pieces, turns to alternating sides
+//! cancel.
 //!
-//! Where a piece was joined from several that turn, its ends are no corners of the program. There
-//! the curvature over the length of the shorter piece bounds the speed as well.
+//! A *bent* piece was joined from several pieces that turn. Its ends are no corners of the program,
+//! so there the curvature over the length of the shorter piece bounds the speed as well.
 
 use super::curvature::curvature2;
 use super::probe::Probe;
@@ -20,22 +21,22 @@ use crate::path::junction::junction_v2;
 use crate::real::{least, most};
 use crate::space::polygon::cap;
 
-/// The curvature of a corner is measured over no more than this, mm.
+/// The greatest length over which the curvature of a corner is measured, mm.
 const FARTHEST: f32 = 32.0;
 
-/// Two turns are to the same side where the part of the second one along the first one is more than
-/// this share of the first one.
+/// Two turns are to the same side if the component of the second turn along the first one is more
+/// than this share of the first one.
 const ALIKE: f32 = 0.1;
 
-/// A sharp end of a bent piece has a curvature where the longer one of the two pieces there is no
-/// more than this many times as long as the shorter one. A longer piece is a line that the curve
-/// touches; the curvature would leave no acceleration to all of it.
+/// A sharp end of a bent piece has a curvature only if the longer of the two pieces is no more than
+/// this many times as long as the shorter one. A longer piece is a straight line next to the curve;
+/// the curvature would leave it no acceleration.
 const UNEVEN: f32 = 4.0;
 
 /// How a path turns where two pieces meet.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Turn<const AXES: usize> {
-    /// Curvature over the acceleration of each axis, s²/mm².
+    /// Curvature, divided by the acceleration of each axis, s²/mm².
     pub(crate) bend: [f32; AXES],
     /// The curvature holds for this length to both sides, mm; 0: the path has no curvature here.
     pub(crate) reach: f32,
@@ -59,7 +60,8 @@ impl<const AXES: usize> Turn<AXES> {
 
 impl<const AXES: usize> Window<AXES> {
     /// Takes out the first piece that waits, once the turn at its start is known, and returns that
-    /// turn. With `now`, or where half of the window waits, the turn is what is known of it.
+    /// turn. With `now`, or if half of the window waits, the turn is found from the path known so
+    /// far.
     pub(crate) fn settle(&mut self, limits: &Limits<AXES>, now: bool) -> Option<Turn<AXES>> {
         if self.waiting == 0 {
             return None;
@@ -83,9 +85,9 @@ impl<const AXES: usize> Window<AXES> {
         Some(turn)
     }
 
-    /// Whether it is too early to ask for the turn at the start of a piece: the path goes on for
-    /// less than the last turn needed, or the piece is short and may still be joined with the next
-    /// one.
+    /// Whether it is too early to ask for the turn at the start of a piece: the known path ahead is
+    /// shorter than the length that the last turn needed, or the piece is short and may still be
+    /// joined with the next one.
     fn is_early(&self, number: u32) -> bool {
         let may_grow = self.is_last(number) && self.short.has(number);
         let is_known = self.goes_straight_on(number) || self.is_sharp(number);
@@ -93,8 +95,8 @@ impl<const AXES: usize> Window<AXES> {
         may_grow || !is_known && self.is_open(number) && ahead < self.probe.wanted
     }
 
-    /// The turn at the start of a piece that waits, as well as it is known. `waiting` pieces wait
-    /// before it.
+    /// The turn at the start of a piece that waits, found from the path known so far. `waiting`
+    /// pieces wait before it.
     pub(crate) fn guess(&self, waiting: u32, limits: &Limits<AXES>) -> Option<Turn<AXES>> {
         let behind = self.waiting.checked_sub(waiting)?;
         if behind >= self.known {
@@ -105,7 +107,8 @@ impl<const AXES: usize> Window<AXES> {
         self.turn(number, limits, true, &mut probe)
     }
 
-    /// The turn at the start of a piece; `None` where that needs more path and `now` is not set.
+    /// The turn at the start of a piece; `None` if more path has to be known for it and `now` is
+    /// not set.
     fn turn(
         &self,
         number: u32,
@@ -143,9 +146,10 @@ impl<const AXES: usize> Window<AXES> {
         })
     }
 
-    /// The highest squared speed, mm²/s², on arcs that end or begin at the start of a piece. There
-    /// the second difference is the mean of both sides, so the curvature is taken one chord into
-    /// the arc. `None` where it is not known yet whether an arc goes on and `now` is not set.
+    /// The highest squared speed, mm²/s², on the arcs that end or begin at the start of a piece. At
+    /// the end of an arc the second difference would be the mean of arc and neighbour, so the
+    /// curvature is measured one chord further inside the arc. `None` if it is not known yet
+    /// whether an arc goes on and `now` is not set.
     fn ends_of_arcs(
         &self,
         number: u32,
@@ -173,7 +177,7 @@ impl<const AXES: usize> Window<AXES> {
     }
 
     /// The highest squared speed at the start of a piece, mm²/s²: by `$11`, and at an end of a bent
-    /// piece by the curvature there, too.
+    /// piece by the curvature there as well.
     fn junction(&self, number: u32, limits: &Limits<AXES>) -> f32 {
         let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
         let corner = junction_v2(&before.piece.direction, &after.piece.direction, limits);
@@ -212,8 +216,8 @@ impl<const AXES: usize> Window<AXES> {
         (least(before, after), most(before, after))
     }
 
-    /// Whether a piece that ends or begins here was joined from several that make a curve: its
-    /// parts do not go straight on, and the path turns to the same side at both of its ends.
+    /// Whether a bent piece ends or begins at the start of this piece, and the path turns to the
+    /// same side at both ends of the bent piece.
     fn is_of_bent_piece(&self, number: u32) -> bool {
         let (last, next) = (number.wrapping_sub(1), number.wrapping_add(1));
         let behind = self.bent.has(last) && self.before(number) > 1;
@@ -236,8 +240,8 @@ impl<const AXES: usize> Window<AXES> {
         both > ALIKE * change2
     }
 
-    /// The highest squared speed at a corner, mm²/s²; `None` where that needs more path and `now`
-    /// is not set.
+    /// The highest squared speed at a corner, mm²/s²; `None` if more path has to be known for it
+    /// and `now` is not set.
     fn corner(&self, number: u32, limits: &Limits<AXES>, now: bool) -> Option<f32> {
         let corner = self.junction(number, limits);
         let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
@@ -257,13 +261,13 @@ impl<const AXES: usize> Window<AXES> {
             FARTHEST,
         );
         let by_four = cap(&self.curvature(number, length, limits, pieces));
-        // Where junction deviation allows less than `by_two`, its speed is taken (above). Where it
-        // allows more, nothing is to become slower than `by_two`.
+        // `corner` is at least `by_two` here. The longer measurement may not make a corner slower
+        // than the shorter one does.
         Some(least(corner, most(by_two, by_four)))
     }
 
-    /// Whether the curve leaves the middle of the shorter piece by more than `$11`: its sagitta is
-    /// `k·l²/8`. Chords of arcs are never taken to stray.
+    /// Whether the middle of the shorter piece is farther from the curve than `$11`: the sagitta is
+    /// `k·l²/8`. Never for chords of arcs, whose distance from the arc `$12` bounds.
     fn strays(&self, bend: &[f32; AXES], number: u32, limits: &Limits<AXES>) -> bool {
         if self.are_chords(number) {
             return false;
@@ -275,7 +279,7 @@ impl<const AXES: usize> Window<AXES> {
             > limits.deviation * limits.deviation
     }
 
-    /// Whether the curve explains the turn, but for what rounding may have made of it.
+    /// Whether the curve explains the turn, except for rounding.
     fn explains(&self, bend: &[f32; AXES], number: u32, limits: &Limits<AXES>) -> bool {
         if self.are_chords(number) {
             return true;

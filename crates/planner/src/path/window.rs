@@ -1,4 +1,4 @@
-//! The last pieces of a path: a ring, in which places are found by their distance along the path.
+//! The last pieces of a path, in a ring. Places are found by their distance along the path.
 //!
 //! ```text
 //!   o-----o---o--o---o-----o----o------o
@@ -12,30 +12,32 @@ use super::probe::Probe;
 use crate::real::{least, norm2, sqrt};
 use crate::{Coordinate, NANOS_PER_MM};
 
-/// How many pieces are remembered: half of them behind the turn that is asked for, half ahead of
-/// it. A `u32` has a bit for each.
+/// The number of pieces that are remembered: half of them before the turn that is asked for, half
+/// after it. A `u32` has a bit for each piece.
 pub(super) const PIECES: u32 = u32::BITS;
 
-/// A length unit here is 2¹⁰ units of a coordinate, about a nanometre. Differences of 32 bits reach
-/// two metres, and a shift costs no division.
+/// A unit of length in this module is 2¹⁰ units of a coordinate, about a nanometre. Differences of
+/// 32 bits reach two metres, and a shift is cheaper than a division.
 const SHIFT: u32 = 10;
 pub(super) const MM: f32 = (1 << SHIFT) as f32 / NANOS_PER_MM as f32;
 const PER_MM: f32 = 1.0 / MM;
 
-/// A piece counts for no more than this along the path, mm, so that all of them fit into 32 bits.
+/// Longer pieces count as this length, mm, so that the sum of all pieces fits into 32 bits.
 const FARTHEST: f32 = 64.0;
 
-/// A turn by more than 22 degrees is no part of a smooth curve. As the square of the distance
-/// between two unit vectors.
+/// A turn by more than 22 degrees is no part of a smooth curve. This is the square of the distance
+/// between the two unit vectors.
 pub(super) const SHARP2: f32 = 0.15;
 
-/// A turn by less goes straight on: unit vectors are no more exact. Squared, as above.
+/// A turn by less than this goes straight on, because unit vectors have no more digits: the square
+/// of the distance between the two unit vectors.
 const STRAIGHT2: f32 = 1e-12;
 
 /// A piece of path.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece<const AXES: usize> {
-    /// Unit vector: by the steps of the piece, or by its two ends where it has few steps.
+    /// Direction, a unit vector: by the steps of the piece, or by its two ends where it has few
+    /// steps.
     pub(crate) direction: [f32; AXES],
     /// 1/(highest squared speed), s²/mm².
     pub(crate) per_top_v2: f32,
@@ -43,7 +45,7 @@ pub(crate) struct Piece<const AXES: usize> {
     pub(crate) rounding: f32,
 }
 
-/// A piece where it lies.
+/// A piece and its place.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Placed<const AXES: usize> {
     pub(super) piece: Piece<AXES>,
@@ -79,7 +81,8 @@ pub(crate) struct Window<const AXES: usize> {
     placed: [Placed<AXES>; PIECES as usize],
     /// Which pieces turn sharply away from the one before them.
     sharp: Bits,
-    /// The last piece that does, or the first piece of the path.
+    /// The last piece that turns sharply away from the one before it; the first piece of the path
+    /// if none does.
     last_sharp: u32,
     /// Which pieces go straight on from the one before them.
     straight: Bits,
@@ -91,11 +94,11 @@ pub(crate) struct Window<const AXES: usize> {
     pub(super) bent: Bits,
     /// Pieces so far, modulo 2³².
     pub(super) count: u32,
-    /// How many pieces, the last one included, are one path.
+    /// How many of the last pieces belong to the path.
     pub(super) known: u32,
-    /// How many of these wait, at the end, until the turn at their start is known.
+    /// How many of the last pieces wait until the turn at their start is known.
     pub(super) waiting: u32,
-    /// How the last turn was measured.
+    /// The measurement of the last turn.
     pub(super) probe: Probe<AXES>,
 }
 
@@ -112,7 +115,7 @@ impl<const AXES: usize> Window<AXES> {
         since: 0,
     };
 
-    /// No path: the first piece begins at rest. All zero, so that a `static` costs no flash.
+    /// No path: the first piece begins at rest. All zero, so that a `static` takes no flash.
     pub(crate) const fn new() -> Self {
         Self {
             placed: [Self::NOWHERE; PIECES as usize],
@@ -141,7 +144,7 @@ impl<const AXES: usize> Window<AXES> {
         self.place(self.count).start = units(start);
     }
 
-    /// Whether a path goes on.
+    /// Whether the next piece continues a path.
     pub(crate) const fn goes_on(&self) -> bool {
         self.known > 0
     }
@@ -201,8 +204,8 @@ impl<const AXES: usize> Window<AXES> {
         (next.start, next.since) = (end, until);
     }
 
-    /// Joins one more piece, which ends at `end`, with the last one; `piece` is both of them, and
-    /// `is_bent` says whether they turn.
+    /// Joins one more piece, which ends at `end`, with the last one. `piece` stands for both of
+    /// them; `is_bent` tells whether they turn.
     pub(crate) fn join_last(
         &mut self,
         piece: &Piece<AXES>,
@@ -214,13 +217,13 @@ impl<const AXES: usize> Window<AXES> {
         self.replace_last(piece, is_short, end);
     }
 
-    /// The way from the start of the last piece to its end, mm.
+    /// The vector from the start of the last piece to its end, mm.
     pub(crate) fn last_way(&self) -> [f32; AXES] {
         let last = self.placed(self.count.wrapping_sub(1));
         last.course.map(|course| course * last.length)
     }
 
-    /// The way from the end of the last piece to `end`, mm.
+    /// The vector from the end of the last piece to `end`, mm.
     pub(crate) fn way_on(&self, end: &[Coordinate; AXES]) -> [f32; AXES] {
         between(&self.placed(self.count).start, &units(end))
     }
@@ -239,7 +242,8 @@ impl<const AXES: usize> Window<AXES> {
         &mut self.placed[(number % PIECES) as usize]
     }
 
-    /// Whether the path was straight at the turn before, and does not turn here either.
+    /// Whether the path was straight at the last turn and does not turn at the start of this piece
+    /// either.
     pub(super) fn goes_straight_on(&self, number: u32) -> bool {
         !self.probe.is_curved && self.straight.has(number)
     }
@@ -265,7 +269,8 @@ impl<const AXES: usize> Window<AXES> {
         self.count.wrapping_sub(self.last_sharp) >= self.from(number)
     }
 
-    /// The path ahead from the start of a piece, to the next sharp turn or to the path's end, mm.
+    /// The length of the path from the start of a piece to the next sharp turn or to the end of the
+    /// path, mm.
     pub(super) fn room_ahead(&self, number: u32) -> f32 {
         let smooth = self.sharp.0.rotate_right(number.wrapping_add(1) % PIECES);
         let to_sharp = smooth.trailing_zeros() + 1;
@@ -273,7 +278,8 @@ impl<const AXES: usize> Window<AXES> {
         self.way(number, until)
     }
 
-    /// The path back from the start of a piece, to a sharp turn or to the first known piece, mm.
+    /// The length of the path from the last sharp turn, or from the first known piece, to the start
+    /// of a piece, mm.
     pub(super) fn room_behind(&self, number: u32) -> f32 {
         let smooth = self.sharp.0.rotate_right(number % PIECES);
         let back = smooth.leading_zeros() + 1;
@@ -285,21 +291,24 @@ impl<const AXES: usize> Window<AXES> {
         self.known - self.count.wrapping_sub(number)
     }
 
-    /// How many pieces there are from a piece on, itself included.
+    /// How many pieces there are from a piece to the last one, both included.
     pub(super) const fn from(&self, number: u32) -> u32 {
         self.count.wrapping_sub(number)
     }
 
-    /// The path from the start of one piece to the start of a later one, mm.
+    /// The length of the path from the start of one piece to the start of a later one, mm.
     pub(super) fn way(&self, from: u32, to: u32) -> f32 {
         let (from, to) = (self.placed(from).since, self.placed(to).since);
         to.wrapping_sub(from) as f32 * MM
     }
 
-    /// The points of the path that are `length` ahead of the start of a piece and `length` behind
-    /// it. Returns the sum of the vectors from that start to both, mm, and the product of the
-    /// squares of their lengths. The path is that long to both sides. `pieces` says where to begin
-    /// to look, and becomes how many pieces are passed, ahead and behind.
+    /// Looks at two points of the path: `length` ahead of the start of a piece, and `length` back
+    /// from it. Returns the sum of the vectors from that start to both points, mm, and the product
+    /// of the squares of their lengths, mm⁴.
+    ///
+    /// The caller has checked that the path is that long to both sides. `pieces` tells how many
+    /// pieces were passed the last time, ahead and back, where the search begins; it takes the new
+    /// numbers.
     pub(super) fn aside(
         &self,
         number: u32,
@@ -336,8 +345,8 @@ impl<const AXES: usize> Window<AXES> {
     }
 }
 
-/// The greatest number up to `most` that is `within`, looked for from a `guess` on; 0 where none
-/// is. Where a number is `within`, all below it are.
+/// The greatest number from 1 to `most` that is `within`; 0 if none is. The search begins at
+/// `guess`. The caller warrants that all numbers below one that is `within` are within as well.
 fn find(guess: u32, most: u32, within: impl Fn(u32) -> bool) -> u32 {
     let mut found = guess.min(most);
     while found > 0 && !within(found) {

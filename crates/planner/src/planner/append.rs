@@ -1,5 +1,5 @@
-//! A move that is planned joins the queue: as a row's next pixel, as the end of the last move, or
-//! by itself. It waits in the window until the turn at its start is known.
+//! A new move joins the queue: as the next pixel of a row, as the end of the last move, or by
+//! itself. It waits in the window until the turn at its start is known.
 
 use super::one_move::{cap, nominal};
 use super::Planner;
@@ -15,8 +15,8 @@ impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
-    /// Queues a move. Where it and the last one are short and one move can stand for both, it joins
-    /// the last one; otherwise it is a move by itself.
+    /// Queues a move. If it and the last move are short and one move can stand for both, it becomes
+    /// part of the last move; otherwise it is a move by itself.
     pub(super) fn append(&mut self, of: &Move<AXES>, delta: [i32; MOTORS], events: u32) {
         if !self.keeps_limits() {
             return self.append_by_corners(of, delta, events);
@@ -42,12 +42,12 @@ where
         self.settle();
     }
 
-    /// Whether curves keep the limits of the axes, and not corners only.
+    /// Whether the limits of the axes are kept on curves, and not only at corners.
     pub(super) fn keeps_limits(&self) -> bool {
         self.config.corner_rule == CornerRule::Limits && self.window.is_some()
     }
 
-    /// Queues a move by Grbl's rule: a corner is known once the move behind it is.
+    /// Queues a move by Grbl's rule: the speed at a corner is known once the move after it is.
     fn append_by_corners(&mut self, of: &Move<AXES>, delta: [i32; MOTORS], events: u32) {
         let mut planned = PlannedMove::new(of, delta);
         let direction = self.plan(&mut planned, of, events);
@@ -65,10 +65,10 @@ where
         self.row = Row::begin(of, delta).filter(|_| rows);
     }
 
-    /// Plans the first moves whose start is known by now.
+    /// Plans the first moves that wait, as far as the turn at their start is known by now.
     pub(super) fn settle(&mut self) {
-        /// Enough for the moves that wait to become fewer, and few enough for the time that one
-        /// line may take.
+        /// More than one, so that fewer and fewer moves wait; few, for the time that one line may
+        /// take.
         const MOST: usize = 2;
         for _ in 0..MOST {
             if self.settle_one(false).is_none() {
@@ -77,8 +77,8 @@ where
         }
     }
 
-    /// Plans the first move that waits, if its start is known; with `now` in any case, by what is
-    /// known. `None` where it waits on.
+    /// Plans the first move that waits, if the turn at its start is known; with `now` in any case,
+    /// by the path known so far. `None` if the move goes on waiting.
     pub(super) fn settle_one(&mut self, now: bool) -> Option<()> {
         let turn = self.window.as_mut()?.settle(&self.limits, now)?;
         self.release(&turn);
@@ -89,14 +89,14 @@ where
     fn release(&mut self, turn: &Turn<AXES>) {
         let (overrides, unit) = (self.overrides, self.limits.unit);
         let (before, mut speed) = (self.nominal_before, None);
-        let (queue, ground) = self.parts();
-        queue.plan(&ground, |of| {
+        let (queue, axis_limits) = self.parts();
+        queue.plan(&axis_limits, |of| {
             speed = Some(begin(of, turn, unit, overrides, before));
         });
         self.nominal_before = speed;
     }
 
-    /// How a move that waits will be planned, as far as that is known. `count` moves wait before
+    /// A move that waits as it will be planned, by the path known so far. `count` moves wait before
     /// it.
     pub(crate) fn guess(
         &self,
@@ -111,8 +111,8 @@ where
         planned
     }
 
-    /// Makes a move part of the last queued one, where it goes straight on and differs in power
-    /// only. `None`, and nothing has changed, where it is to be a move by itself.
+    /// Makes a move part of the last queued move, if it goes straight on and differs only in power.
+    /// `None`, and nothing has changed, if it has to be a move by itself.
     pub(super) fn merge(&mut self, of: &Move<AXES>, delta: [i32; MOTORS]) -> Option<()> {
         let (row, pixel) = self.row.as_ref()?.extended(of, delta)?;
         let (last, planned) = self.queue.last_waiting()?;
@@ -160,8 +160,8 @@ pub(super) fn piece<const AXES: usize, const MOTORS: usize>(
     }
 }
 
-/// Gives a move the turn at its start; `before` is the nominal speed of the move before it, mm/s.
-/// Returns the nominal speed of the move itself.
+/// Sets the limits at the start of a move from the turn there. `before` is the nominal speed of the
+/// move before it, mm/s. Returns the nominal speed of the move itself.
 fn begin<const AXES: usize, const MOTORS: usize>(
     of: &mut PlannedMove<AXES, MOTORS>,
     turn: &Turn<AXES>,

@@ -1,5 +1,5 @@
-//! The time of the waiting motion, summed up as moves come and go. It decides whether more moves
-//! are wanted.
+//! The time of the waiting motion, kept up to date as moves come and go. It decides whether more
+//! moves are wanted.
 
 use super::Planner;
 use crate::config::SLOWEST;
@@ -11,7 +11,7 @@ use crate::{Config, Kinematics};
 #[derive(Debug)]
 pub(super) struct Backlog {
     micros: u64,
-    /// The highest speed of any path, mm/s.
+    /// The highest speed that any path can have, mm/s.
     fastest: f32,
 }
 
@@ -24,7 +24,7 @@ impl Backlog {
         }
     }
 
-    /// Puts the time of a move in the place of another one's. `None` is no move.
+    /// Replaces the time of one move (µs) by the time of another. `None` stands for no move.
     fn replace(&mut self, old: Option<u32>, new: Option<u32>) {
         self.micros += u64::from(new.unwrap_or(0));
         self.micros = self.micros.saturating_sub(old.unwrap_or(0).into());
@@ -45,8 +45,8 @@ impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
-    /// How long the moves that wait behind the running one take at least, µs, at 100 % of the speed
-    /// asked for.
+    /// The least time of the moves that wait after the running one, µs, at 100 % of the speed asked
+    /// for.
     pub const fn waiting_micros(&self) -> u64 {
         self.backlog.micros
     }
@@ -56,7 +56,7 @@ where
         self.queue.next_queued()?.line_number()
     }
 
-    /// Queues a move; there is room.
+    /// Queues a move. The caller has checked that there is room.
     pub(super) fn queue_newest(&mut self, planned: &PlannedMove<AXES, MOTORS>) {
         self.backlog
             .replace(None, Some(self.backlog.micros(planned)));
@@ -97,7 +97,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(60))]
 
-        /// Whatever is merged, joined and started.
+        /// The sum stays right, whatever moves are merged, joined and started.
         #[test]
         fn the_sum_is_that_of_the_moves_that_wait(
             points in prop::collection::vec((-2.0f64..2.0, 0.001f64..2.0, 1u8..4, 0.5f32..900.0), 1..80),

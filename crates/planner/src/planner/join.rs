@@ -11,8 +11,8 @@ impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
-    /// Makes a short move by `delta` steps part of the last queued one, where that is short too and
-    /// not planned yet. `None`, and nothing has changed, where one move cannot stand for both.
+    /// Makes a short move by `delta` steps part of the last queued move, if that is short too and
+    /// not planned yet. `None`, and nothing has changed, if one move cannot stand for both.
     #[inline(never)] // few lines come here
     pub(super) fn join(&mut self, of: &Move<AXES>, delta: &[i32; MOTORS]) -> Option<()> {
         let short = self.short.as_ref()?;
@@ -37,16 +37,16 @@ where
         Some(())
     }
 
-    /// Notes the move by `delta` steps as the last one, so that the next one can be joined to it
-    /// where both are short.
+    /// Notes the last queued move, which makes `delta` steps, so that the next one can be joined
+    /// with it if both are short.
     pub(super) fn begin_short(&mut self, of: &Move<AXES>, delta: &[i32; MOTORS], is_short: bool) {
         let plain = matches!(of.feed, Feed::PerMinute(_)) && of.curve.is_none();
         let window = self.window.as_ref().filter(|_| plain && is_short);
         self.short = window.map(|window| Short::new(delta, window.last_way()));
     }
 
-    /// Whether a move, the square of whose length is `length2` mm², has too few steps to give a
-    /// direction.
+    /// Whether a move has too few steps to give a direction. `length2` is the square of its length,
+    /// mm².
     pub(super) fn is_short(&self, length2: f32) -> bool {
         length2 < self.limits.short2
     }

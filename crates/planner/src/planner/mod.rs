@@ -1,4 +1,4 @@
-//! Queues moves as planned moves: steps, limits along the line, corners.
+//! Queues moves as planned moves: steps, limits along the move, corners.
 
 mod append;
 mod backlog;
@@ -20,7 +20,7 @@ use crate::path::row::Row;
 use crate::path::short::Short;
 use crate::path::Window;
 use crate::real::{least, sqrt};
-use crate::space::ground::{Course, Ground, Whereabouts};
+use crate::space::axis_limits::{AxisLimits, Course, Whereabouts};
 use crate::{Config, ConfigError, Coordinate, Kinematics, Move, Overrides};
 use backlog::Backlog;
 use core::fmt;
@@ -28,8 +28,8 @@ use leadscrew_stepper::{Line, LineError};
 
 /// Plans the moves of a machine in a [`crate::Queue`] that it borrows.
 ///
-/// Moves of a laser that go straight on and differ in power are planned as one; their changes of
-/// power wait in the queue's pool of pixels.
+/// Moves of a laser that go straight on and differ only in power are planned as one move; their
+/// changes of power wait in the queue's pool of pixels.
 ///
 /// All methods are for the main loop. There are at least as many motors as axes.
 #[derive(Debug)]
@@ -42,16 +42,16 @@ pub struct Planner<'q, K, const AXES: usize, const MOTORS: usize> {
     queue: LookAhead<'q, AXES, MOTORS>,
     /// Where the last queued move ends, steps.
     position: [i32; MOTORS],
-    /// The target of the last `push`, as places of the motors, and its steps: most moves leave some
-    /// motor where it is.
+    /// For each motor its place and its steps at the target of the last `push`. In most moves some
+    /// motor does not move, and its steps need not be computed again.
     target: [(Coordinate, i32); MOTORS],
     /// Direction at the end of the last queued move, for Grbl's rule.
     last: Option<[f32; AXES]>,
     /// The nominal speed of the last planned move, mm/s.
     nominal_before: Option<f32>,
-    /// The last queued move, if more may be merged into it.
+    /// The last queued move, while further moves may be merged into it.
     row: Option<Row<MOTORS>>,
-    /// The last queued move, if it is a few steps long, so that the next one can be joined to it.
+    /// The last queued move, while it is so short that the next one may be joined with it.
     short: Option<Short<AXES, MOTORS>>,
     pixels: Pixels<'q>,
     backlog: Backlog,
@@ -67,10 +67,9 @@ pub struct Planner<'q, K, const AXES: usize, const MOTORS: usize> {
 pub enum Pushed {
     /// It is queued.
     Queued,
-    /// It goes on from the queued move before it, and has become the next change of power of that
-    /// row.
+    /// It has become the next change of power in the row that was queued last.
     Merged,
-    /// It is not a step long: there is nothing to do.
+    /// It is less than a step long: there is nothing to do.
     TooShort,
 }
 
@@ -161,7 +160,7 @@ where
         self.config.pixels = self.config.pixels.min(self.pixels.capacity());
     }
 
-    /// The settings in force: no more moves and pixels than there is room for.
+    /// The settings in force. Their numbers of moves and pixels are at most the queue's room.
     pub const fn config(&self) -> &Config<AXES> {
         &self.config
     }
@@ -201,16 +200,15 @@ where
         })
     }
 
-    /// Whether one more move can be queued. Nothing can for a moment after a change of overrides,
+    /// Whether one more move can be queued. For a moment after a change of overrides no move can,
     /// see [`Planner::renew`].
     pub fn has_room(&self) -> bool {
         let free = self.pixels.len() < self.pixel_capacity().max(1);
         free && self.len() < self.capacity() && !self.queue.is_renewing()
     }
 
-    /// How many more moves can be queued. Where that is less, it is the free share of the room for
-    /// pixels, in moves: 0 where there is no room, all where nothing is queued, fewer the more
-    /// lines are.
+    /// How many more moves can be queued. If the room for pixels is scarcer, this is the free share
+    /// of the pixels, as a number of moves: 0 if no pixel fits, all if nothing is queued.
     pub fn room(&self) -> usize {
         let (all, capacity) = (self.capacity(), self.pixel_capacity().max(1));
         let free = capacity.saturating_sub(self.pixels.len());
@@ -218,13 +216,12 @@ where
         free.min(all.saturating_sub(self.len()))
     }
 
-    /// How many moves the queue holds at most: `Config::moves`, or the queue's room where that is
-    /// less.
+    /// The most moves that the queue holds: `Config::moves`, or the queue's room if that is less.
     pub const fn capacity(&self) -> usize {
         self.config.moves
     }
 
-    /// How many changes of power queued moves hold at most.
+    /// The most changes of power that queued moves hold together.
     const fn pixel_capacity(&self) -> usize {
         self.config.pixels
     }
@@ -271,19 +268,19 @@ where
         &mut self,
     ) -> (
         &mut LookAhead<'q, AXES, MOTORS>,
-        Ground<'_, K, AXES, MOTORS>,
+        AxisLimits<'_, K, AXES, MOTORS>,
     ) {
-        let ground = Ground {
+        let axis_limits = AxisLimits {
             limits: &self.limits,
             scales: &self.scales,
             kinematics: &self.kinematics,
             jerk: self.config.jerk,
         };
-        (&mut self.queue, ground)
+        (&mut self.queue, axis_limits)
     }
 
-    pub(crate) fn ground(&self) -> Ground<'_, K, AXES, MOTORS> {
-        Ground {
+    pub(crate) fn axis_limits(&self) -> AxisLimits<'_, K, AXES, MOTORS> {
+        AxisLimits {
             limits: &self.limits,
             scales: &self.scales,
             kinematics: &self.kinematics,
@@ -300,30 +297,31 @@ where
         self.queue.running()
     }
 
-    /// Whether the end of the planned moves bounds the speed: then a line more makes it higher.
-    pub(crate) fn hangs(&self) -> bool {
-        self.queue.hangs()
+    /// Whether the rest at the end of the planned moves bounds the speed: one more move would then
+    /// make it higher.
+    pub(crate) fn is_bound_by_end(&self) -> bool {
+        self.queue.is_bound_by_end()
     }
 
     pub(crate) fn finish(&mut self) {
         self.queue.finish();
     }
 
-    /// The next change of power, where the running move has one left.
+    /// Takes out the next change of power of the running move, if one is left.
     pub(crate) fn take_pixel(&mut self) -> Option<Pixel> {
         self.pixels.pop()
     }
 
-    /// What the running move's profile depends on, besides the move. Where the running move would
-    /// soon slow down for want of moves whose curvature is not known yet, these are planned now.
-    /// `at` tells where the running move is.
+    /// The values that the running move's profile depends on, besides the move. If the running move
+    /// would soon slow down because later moves wait for their curvature, some of these are planned
+    /// now. `at` answers the state of the running move.
     pub(crate) fn outlook(&mut self, at: impl FnOnce() -> Whereabouts) -> Outlook {
-        /// The most moves that are planned at a time.
+        /// The most moves that are planned in one call.
         const MOST: usize = 4;
         self.find();
-        if self.hangs() && self.lacks_what_waits() && self.slows_down_soon(at()) {
+        if self.is_bound_by_end() && self.too_many_wait() && self.slows_down_soon(at()) {
             for _ in 0..MOST {
-                if self.lacks_what_waits() {
+                if self.too_many_wait() {
                     self.settle_one(true);
                 }
             }
@@ -335,8 +333,8 @@ where
         }
     }
 
-    /// Whether the running move might be too fast for the speed at its end, if it went on for one
-    /// more segment with all of its acceleration, `way` mm.
+    /// Whether the running move would be too fast for the speed at its end if it went on for one
+    /// more segment, of `way` mm, with its full acceleration.
     fn slows_down_soon(&self, at: Whereabouts) -> bool {
         let Some(running) = self.queue.running().filter(|_| self.config.jerk <= 0.0) else {
             return true;
@@ -349,13 +347,14 @@ where
         at.v2 - exit_v2 > 2.0 * a * (left - 2.0 * way)
     }
 
-    /// Whether too many moves wait until the turn at their start is known, beside those that are
-    /// planned.
+    /// Whether too many moves wait until the turn at their start is known, compared with the number
+    /// of planned moves.
     #[inline(never)] // twice: 0.1 KB of a firmware that is nearly full
-    fn lacks_what_waits(&self) -> bool {
-        /// One move may wait for this many that are planned.
+    fn too_many_wait(&self) -> bool {
+        /// For each move that waits, there should be this many planned moves.
         const FEW: usize = 64;
-        /// The same before a corner: a move that is planned too early there stays slow.
+        /// The same if a corner is at the start of the first move that waits: a move that is
+        /// planned too early there stays slow.
         const FEW_BEFORE_CORNER: usize = 8;
         self.window.as_ref().is_some_and(|window| {
             let few = if window.waits_at_corner() {
@@ -368,16 +367,16 @@ where
     }
 
     fn find(&mut self) {
-        let (queue, ground) = self.parts();
-        queue.find(&ground);
+        let (queue, axis_limits) = self.parts();
+        queue.find(&axis_limits);
     }
 
-    /// How the running move goes on from where it is.
+    /// The limits for the rest of the running move; `None` if no move runs.
     pub(crate) fn course(&self, at: Whereabouts, outlook: Outlook) -> Option<Course> {
         let exit_v2 = self.limits.unit.v2(outlook.exit);
         let running = self.queue.running()?;
         Some(
-            self.ground()
+            self.axis_limits()
                 .course(running, self.queue.next(), at, exit_v2),
         )
     }
@@ -387,7 +386,7 @@ where
         self.limits.unit
     }
 
-    /// Limit of the corner at the running move's end, squared, mm²/s².
+    /// The limit at the corner at the running move's end, squared, mm²/s².
     pub(crate) fn corner_v2(&self) -> f32 {
         let next = self.queue.next();
         self.limits.unit.v2(next.map_or(0, |next| next.corner))
@@ -399,7 +398,7 @@ where
 pub(crate) struct Outlook {
     /// Squared speed at which the move may end, speed units.
     pub(crate) exit: u32,
-    /// Changes whenever nominal speeds do.
+    /// A number that changes whenever nominal speeds change.
     pub(crate) revision: u32,
 }
 

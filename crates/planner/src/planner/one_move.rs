@@ -1,5 +1,4 @@
-//! One move by itself: steps, length, limits along it, and its speed where nothing else bounds
-//! that.
+//! One move by itself: its steps, its length, the limits along it, and its nominal speed.
 
 use super::Planner;
 use crate::config::{SpeedUnit, PIXELS_A_SECOND, SLOWEST};
@@ -44,7 +43,7 @@ where
     }
 
     /// The highest speed of a move, mm/s, by the rates of the axes and the step rate of the board.
-    /// It takes `events` steps of the dominant motor on `length` mm.
+    /// The move has `events` steps of the dominant motor on `length` mm.
     pub(super) fn rate(&self, length: f32, events: u32, direction: &[f32; AXES]) -> f32 {
         least(
             1.0 / worst(direction, &self.limits.per_rate),
@@ -56,8 +55,8 @@ where
         nominal(self.overrides, planned)
     }
 
-    /// The speed that the running move is to cruise at, mm/s: its nominal speed. For a row it is
-    /// also low enough to prepare the pixels in time.
+    /// The speed at which the running move is to cruise, mm/s: its nominal speed. For a row it is
+    /// also low enough that the pixels can be prepared in time.
     pub(crate) fn running_nominal(&self) -> f32 {
         self.queue.running().map_or(SLOWEST, |planned| {
             let nominal = self.nominal(planned);
@@ -70,7 +69,8 @@ where
     }
 }
 
-/// The speed that a move runs at where nothing else limits it, mm/s.
+/// The nominal speed of a move, mm/s: the speed asked for, changed by the override and bounded by
+/// the rates of the axes.
 pub(crate) fn nominal<const AXES: usize, const MOTORS: usize>(
     overrides: Overrides,
     planned: &PlannedMove<AXES, MOTORS>,
@@ -93,8 +93,8 @@ pub(crate) fn nominal<const AXES: usize, const MOTORS: usize>(
     most(least(fastest, asked), SLOWEST)
 }
 
-/// Limit of the squared speed at the start of a move, in units: by its `corner` (squared, in
-/// units), its `nominal` speed and that of the move `before` it (mm/s).
+/// The limit of the squared speed at the start of a move, units: by its `corner` (squared speed,
+/// units), by its `nominal` speed and by the nominal speed of the move `before` it (mm/s).
 pub(super) fn cap(unit: SpeedUnit, before: Option<f32>, nominal: f32, corner: u32) -> u32 {
     let slower = before.map_or(nominal, |before| least(nominal, before));
     corner.min(unit.units(slower * slower))

@@ -29,25 +29,26 @@ where
         self.revision = self.revision.wrapping_add(1);
     }
 
-    /// Whether a change of overrides has not reached all queued moves yet.
+    /// Whether some queued moves still have limits of earlier overrides.
     pub const fn is_renewing(&self) -> bool {
         self.queue.is_renewing()
     }
 
-    /// Plans a few more of the queued moves for a change of overrides; returns whether more of them
-    /// are left.
+    /// Carries a change of overrides to a few more of the queued moves. Returns whether more of
+    /// them are left.
     ///
-    /// All limits are kept meanwhile. The moves that are left are planned for the speed asked for
-    /// before the change. No move can be queued until it is over: at most 65 calls for 1024 moves.
-    /// [`Planner::push`] and [`crate::Segmenter::next`] call it too. Bounded by a block of moves,
-    /// 16 in the usual queue, since a `Machine::poll` may call it for each segment that it makes.
+    /// All limits are kept meanwhile. The moves that are left keep the speed asked for before the
+    /// change. Until no move is left, none can be queued: for 1024 moves that takes at most 65
+    /// calls. [`Planner::push`] and [`crate::Segmenter::next`] call this too. One call plans a
+    /// block of moves at most, 16 in the usual queue, because a `Machine::poll` may call it for
+    /// each segment that it makes.
     pub fn renew(&mut self) -> bool {
         if !self.queue.is_renewing() {
             return false;
         }
         let (overrides, unit) = (self.overrides, self.limits.unit);
-        let (queue, ground) = self.parts();
-        queue.renew(&ground, |before, planned| {
+        let (queue, axis_limits) = self.parts();
+        queue.renew(&axis_limits, |before, planned| {
             let before = before.map(|before| nominal(overrides, before));
             cap(unit, before, nominal(overrides, planned), planned.corner)
         });

@@ -18,7 +18,8 @@ where
         self.forget_direction();
     }
 
-    /// As [`Planner::steps_at`], but only for motors whose place differs from the last time.
+    /// As [`Planner::steps_at`]. Computes only the steps of motors whose place has changed since
+    /// the last call.
     pub(super) fn approach(&mut self, axes: &[Coordinate; AXES]) -> Option<[i32; MOTORS]> {
         let motors = self.kinematics.motors(axes).into_iter();
         let scales = motors.zip(self.scales.steps_per_mm);
@@ -30,7 +31,8 @@ where
         Some(self.target.map(|(_, steps)| steps))
     }
 
-    /// Where the motors stand, in steps, where the axes stand at `axes`; `None` beyond `i32`.
+    /// Places of the motors, in steps, for the places `axes` of the axes; `None` if a place is
+    /// beyond `i32`.
     pub fn steps_at(&self, axes: &[Coordinate; AXES]) -> Option<[i32; MOTORS]> {
         let motors = self.kinematics.motors(axes);
         let mut steps = [0; MOTORS];
@@ -40,7 +42,7 @@ where
         Some(steps)
     }
 
-    /// Where the axes stand where the motors stand at `steps`.
+    /// Places of the axes for the places `steps` of the motors.
     pub fn axes_at(&self, steps: &[i32; MOTORS]) -> [Coordinate; AXES] {
         let mut motors = [Coordinate::ZERO; MOTORS];
         for ((motor, steps), scale) in motors.iter_mut().zip(steps).zip(self.scales.steps_per_mm) {
@@ -49,8 +51,8 @@ where
         self.kinematics.axes(&motors)
     }
 
-    /// `steps` with every motor beyond the axes put where the motor of its axis is. Their counts
-    /// have to be so before a move, since it brings both to the same one.
+    /// `steps`, with every motor beyond the axes put to the place of its axis's own motor. Both
+    /// must have the same count before a move, because a move brings both to the same count.
     pub fn ganged(&self, steps: [i32; MOTORS]) -> [i32; MOTORS] {
         let mut ganged = steps;
         for (motor, place) in ganged.iter_mut().enumerate().skip(AXES) {

@@ -81,8 +81,8 @@ pub struct StepsPerMm(u64);
 const ODD: u64 = 3_814_697_265_625;
 /// The power of two in 10¹⁸.
 const EVEN_BITS: u32 = 18;
-/// The upper 64 bits of a product that is more than 2³¹ steps, and below 2⁹¹ by half a step at
-/// least.
+/// From this value of the upper 64 bits on, a product is more than 2³¹ steps. A smaller product is
+/// below 2⁹¹ by half a step at least.
 const TOO_MUCH: u64 = (1 << 27) - 1;
 /// Half a step, in 10⁻¹⁸ steps.
 const HALF: u128 = 500_000_000_000_000_000;
@@ -168,7 +168,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Rounds half away from zero by the book, in 128-bit integers.
+    /// Rounds half away from zero, computed directly in 128-bit integers.
     fn by_the_book(nanos: i64, scale: i64) -> Option<i32> {
         let product = i128::from(nanos) * i128::from(scale);
         let whole = (product.abs() + HALF as i128) / (2 * HALF as i128);
@@ -217,7 +217,7 @@ mod tests {
         assert_eq!(Coordinate::from_mm(f32::NAN), Coordinate::ZERO);
     }
 
-    /// The nearest coordinate by the book, in 128-bit integers.
+    /// The nearest coordinate, computed directly in 128-bit integers.
     fn coordinate_by_the_book(steps: i32, scale: i64) -> i64 {
         let twice = 4 * HALF * u128::from(steps.unsigned_abs()) / u128::from(scale.unsigned_abs());
         let nearest = i64::try_from(twice.div_ceil(2)).unwrap_or(i64::MAX);

@@ -26,20 +26,20 @@ pub trait Kinematics<const AXES: usize, const MOTORS: usize> {
         motor
     }
 
-    /// Axes that share their motors, by axis number: one of these motors turns for each of the
+    /// Axes that share motors (CoreXY), by axis number: one of these motors turns for each of the
     /// axes. The axes home one by one, and a limit switch of any of them stops all of these motors.
     fn sharing(&self) -> MotorMask {
         MotorMask::NONE
     }
 
-    /// How far the motors are turned where the axes stand at `axes`.
+    /// Places of the motors for the places `axes` of the axes.
     fn motors(&self, axes: &[Coordinate; AXES]) -> [Coordinate; MOTORS];
 
-    /// Where the axes stand, in mm, where the motors stand at `motors`. The map turns the distances
-    /// of motors into those of axes, too.
+    /// Places of the axes, mm, for the places `motors` of the motors, mm. The map is linear, so it
+    /// also turns distances of motors into distances of axes.
     fn axes_mm(&self, motors: &[f32; MOTORS]) -> [f32; AXES];
 
-    /// Where the axes stand where the motors stand at `motors`.
+    /// Places of the axes for the places `motors` of the motors.
     fn axes(&self, motors: &[Coordinate; MOTORS]) -> [Coordinate; AXES];
 }
 

@@ -1,7 +1,7 @@
 //! The places of the axes, and their limits: exact coordinates, the map to motors, limits as
 //! polygons.
 
+pub(crate) mod axis_limits;
 pub(crate) mod coordinate;
-pub(crate) mod ground;
 pub(crate) mod kinematics;
 pub(crate) mod polygon;

@@ -1,4 +1,4 @@
-//! The acceleration that the axes leave along a piece of path, which depends on the speed.
+//! The acceleration that the axes allow along a piece of path, which depends on the speed.
 //!
 //! A piece of path has the unit tangent `p`. Where it meets the next one the path turns with the
 //! curvature `k` (a vector, 1/mm). With the squared speed `x` and the acceleration `u` along the
@@ -9,20 +9,21 @@
 //! ```
 //!
 //! That is a polygon in the plane of `u` and `x`. All vectors here are divided by the
-//! accelerations, so that it reads `|q_d·u + b_d·x| ≤ 1`. A speed is allowed where the polygon
-//! contains `u = 0`. Such a speed can be kept, and what is left for braking and for accelerating is
-//! never below 0.
+//! accelerations, so that it reads `|q_d·u + b_d·x| ≤ 1`. A speed is allowed if the polygon
+//! contains `u = 0` at that speed. Such a speed can be kept, and the acceleration that is left for
+//! braking and for speeding up is never below 0.
 //!
-//! Between two turns motion is straight. There no more than `|q_d·u| ≤ 1` is made use of, though a
-//! turn to come might allow more.
+//! Between two turns motion is straight. There only `|q_d·u| ≤ 1` is used, although the turn to
+//! come might allow more.
 //!
-//! A piece whose speed rises from `x` to `x + g` over its length `L` has `u = g/2L`. The limits are
-//! asked at both of its ends, each with the curvature that is there. Braking is the same seen from
+//! A piece whose squared speed rises from `x` to `x + g` over its length `L` has `u = g/2L`. The
+//! limits apply at both of its ends, each with the curvature there. Braking is the same, seen from
 //! the other end: the tangent turns round, the curvature stays.
 
 use crate::real::{least, most};
 
-/// A piece of path: its tangent over the acceleration of each axis, s²/mm, and its length, mm.
+/// A piece of path: its tangent divided by the acceleration of each axis, s²/mm, and its length,
+/// mm.
 pub(crate) struct Piece<const AXES: usize> {
     pub(crate) tangent: [f32; AXES],
     pub(crate) length: f32,
@@ -44,26 +45,28 @@ impl Bound {
     }; 3];
 }
 
-/// The squared speeds at both ends of a piece where its other end is fastest. Where a piece turns
-/// at one end and hardly goes along an axis, that axis has little left for braking at high speed.
-/// So a piece that ends slower may begin faster.
+/// The squared speed at one end of a piece for which the other end may be fastest.
+///
+/// Where a piece turns at one end and hardly moves along an axis, that axis has little left for
+/// braking at high speed. So a piece that ends slower may begin faster.
 pub(crate) struct Peak {
-    /// At this end.
+    /// The squared speed at this end, mm²/s².
     pub(crate) at: f32,
-    /// At the other end.
+    /// The squared speed at the other end, mm²/s².
     pub(crate) reached: f32,
 }
 
 impl Peak {
-    /// No bound falls: the faster this end, the faster the other.
+    /// No bound falls with the speed: the faster this end, the faster the other.
     const NONE: Self = Self {
         at: f32::INFINITY,
         reached: f32::INFINITY,
     };
 
     /// The place where the least of all bounds is highest: the lowest crossing of a bound that
-    /// rises with `x` and one that falls. (The two of one axis cross at rest.) Its height is taken
-    /// from the rising one: where the falling one is steep, that has a difference of great numbers.
+    /// rises with `x` and one that falls. (The rising and the falling bound of the same axis cross
+    /// at rest.) Its height is computed from the rising bound: on a steep falling one, it would be
+    /// a difference of large numbers.
     ///
     /// Not inlined, so that it is not unrolled either: 0.7 KB of a firmware.
     #[inline(never)]
@@ -84,8 +87,8 @@ impl Peak {
     }
 }
 
-/// The bounds of an axis: by the way, by the curvature at this end, and by the curvature at the
-/// other end. Not inlined, as [`Peak::of`].
+/// The bounds of an axis: by its share in the tangent, by the curvature at this end, and by the
+/// curvature at the other end. Not inlined, as [`Peak::of`].
 #[inline(never)]
 fn bound(bounds: &mut [Bound; 3], share: f32, from: f32, to: f32) {
     let one = 1.0f32.copysign(share);
@@ -121,7 +124,7 @@ pub(crate) fn greatest(bend: &[f32]) -> f32 {
     bend.iter().fold(0.0, |worst, b| most(worst, b.abs()))
 }
 
-/// The common part of two curvatures, for each axis: the curvature of the way between them.
+/// The common part of two curvatures, for each axis: the curvature of the path between them.
 pub(crate) fn common<const N: usize>(one: &[f32; N], other: &[f32; N]) -> [f32; N] {
     let mut both = *one;
     for (both, other) in both.iter_mut().zip(other) {
@@ -138,9 +141,9 @@ pub(crate) fn common<const N: usize>(one: &[f32; N], other: &[f32; N]) -> [f32; 
 
 impl<const AXES: usize> Piece<AXES> {
     /// By how much the squared speed can rise from each of `xs` over the piece, mm²/s². `from` is
-    /// the curvature at the end with the speed `x`, `to` the curvature at the other end.
+    /// the curvature at the end with the speed `x`, `to` is the curvature at the other end.
     ///
-    /// Each axis has the share `p` in a gain `g`, and asks for
+    /// Each axis has the share `p` of a gain `g`, and its limits are
     ///
     /// ```text
     ///   |p·g + from·x| ≤ 1        |p·g + to·(x + g)| ≤ 1
@@ -161,7 +164,7 @@ impl<const AXES: usize> Piece<AXES> {
             let share = q * per_length;
             let one = 1.0f32.copysign(share);
             let (per_share, steeper) = (1.0 / share, share + to);
-            // Where it does not hold, this end bounds nothing: the speed may rise without end.
+            // Otherwise this end bounds nothing: the speed may rise without end.
             let ends = (steeper * one > 0.0).then(|| 1.0 / steeper);
             for (gain, x) in gains.iter_mut().zip(&xs) {
                 let start = least(per_share.abs(), (one - from * x) * per_share);
@@ -174,7 +177,8 @@ impl<const AXES: usize> Piece<AXES> {
         gains.map(|gain| most(gain, 0.0))
     }
 
-    /// The speed at this end for which the other end is fastest, where there is one.
+    /// The squared speed at this end for which the other end may be fastest; [`Peak::NONE`] if
+    /// there is none.
     #[inline(never)] // in three places it would take 0.4 KB more of a firmware
     pub(crate) fn peak(&self, from: &[f32], to: &[f32], rise: Rise) -> Peak {
         let per_length = rise.sign() * 0.5 / self.length;
@@ -273,7 +277,7 @@ mod tests {
             }
         }
 
-        /// In `f64`, at both ends: neither axis is asked for more, and one of them for all of it,
+        /// Computed in `f64` at both ends: no axis exceeds its limit, and one of them reaches it,
         /// or nothing bounds the gain.
         #[test]
         fn a_gain_uses_all_of_one_axis_and_no_more_of_any(
@@ -294,7 +298,8 @@ mod tests {
                 let asked = |bend: f32, x: f64| (q * u + f64::from(bend) * x).abs();
                 let start = asked(from[axis], x.into()).max((q * u).abs());
                 let end = asked(to[axis], f64::from(x) + gain);
-                // Where the speed can rise no more, it need not.
+                // Above the highest speed of the other end the gain does not matter: other limits
+                // bound the speed there.
                 let end = if f64::from(x) + gain > f64::from(cap(&to)) * 1.0001 { 1.0 } else { end };
                 prop_assert!(start < 1.0 + 1e-4 && end < 1.0 + 1e-4, "{} {}", start, end);
                 most = most.max(start).max(end);

@@ -14,9 +14,9 @@ pub enum Profile {
 }
 
 impl Profile {
-    /// Becomes the fastest profile that keeps `plan` from where that begins, and `jerk` (steps/s³)
-    /// where it is above 0. Stays as it is where the acceleration under way cannot fall to 0 before
-    /// the end.
+    /// Becomes the fastest profile for `plan`, from its start on. `jerk` (steps/s³) is kept if it
+    /// is above 0. The profile stays as it is where the acceleration under way cannot fall to 0
+    /// before the end.
     pub(crate) fn change(&mut self, plan: &Plan, jerk: f32) {
         if jerk <= 0.0 {
             *self = Self::Trapezoid(Trapezoid::new(plan));
@@ -72,8 +72,8 @@ impl Profile {
         }
     }
 
-    /// Speed (steps/s) and acceleration (steps/s², signed) at a place. The acceleration is the one
-    /// that a jerk limit does not let end at once: 0 without such a limit.
+    /// Speed (steps/s) and acceleration (steps/s², signed) at a place. The acceleration is the part
+    /// that has to fall to 0 gradually: 0 without a jerk limit.
     pub(crate) fn motion(&self, place: Place) -> (f32, f32) {
         match self {
             Self::Trapezoid(_) => (sqrt(self.speed_v2(place)), 0.0),

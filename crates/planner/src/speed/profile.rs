@@ -14,7 +14,7 @@
 //! `v² = 2·a·s` loses nothing. Times come from `t = 2·Δs/(v0 + v1)`, which is exact under constant
 //! acceleration and free of cancellation. Together the relative error of a time is a few 2⁻²⁴.
 //!
-//! A first ramp goes down where the move begins faster than it is to cruise (an override was
+//! A first ramp goes down where the move begins faster than its cruise speed (an override was
 //! lowered).
 //!
 //! Another profile takes the trapezoid's place by answering the same questions:
@@ -97,12 +97,12 @@ pub(crate) struct Stretch {
     pub(crate) acceleration: f32,
 }
 
-/// How far a speed may miss the one that the distance allows and still count as rounding, as a
-/// share of the squared speed.
+/// The largest difference, as a share of the squared speed, between a speed and the one that the
+/// distance allows that still counts as rounding.
 pub(crate) const ROUNDING: f32 = 2e-6;
 
 impl Trapezoid {
-    /// Makes the fastest profile that keeps `plan`.
+    /// Makes the fastest profile for `plan`.
     ///
     /// Where the distance does not suffice to brake to the exit speed, the end is as slow as it can
     /// be. Speeds that differ by no more than rounding errors are taken as equal.
@@ -117,14 +117,15 @@ impl Trapezoid {
         }
     }
 
-    /// The distance only just suffices to brake to `exit_v2`, or does not.
+    /// A profile that brakes all the way, because the distance only just suffices to brake to
+    /// `exit_v2`, or does not suffice.
     fn braking(plan: &Plan, exit_v2: f32) -> Self {
         let length = length(plan);
         let slowest = plan.entry_v2 - 2.0 * plan.down * length;
         let missed = slowest - exit_v2 > ROUNDING * plan.entry_v2;
         let exit_v2 = if missed { slowest } else { exit_v2 };
-        // The slope is never above the planned one. What rounding would add to it goes to the speed
-        // at the ramp's begin.
+        // The slope is never steeper than planned. An excess by rounding goes to the speed at the
+        // ramp's start instead.
         let slope = most((plan.entry_v2 - exit_v2) / length, 0.0);
         let slope = least(slope, 2.0 * plan.down);
         Self {
@@ -278,7 +279,7 @@ impl Trapezoid {
         }
     }
 
-    /// Steps from the start to `place` and from there to the end.
+    /// Steps from the start of the profile to `place`, and from `place` to its end.
     fn ends(&self, place: Place) -> (f32, f32) {
         (place.after(self.start), place.before(self.end))
     }

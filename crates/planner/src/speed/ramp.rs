@@ -18,7 +18,7 @@
 //! section 3.4: the double-S profile.) Places are reckoned from the nearer end, where speeds are
 //! exact and nothing cancels.
 //!
-//! A ramp can be joined when its acceleration has grown already: [`Ramp::joined`].
+//! A ramp can also begin when its acceleration has grown already: [`Ramp::joined`].
 
 use crate::real::{least, most, rough_cube_root, sqrt};
 
@@ -28,18 +28,18 @@ pub(crate) struct Ramp {
     /// Speeds at its ends, steps/s.
     v0: f32,
     v1: f32,
-    /// Jerk while the speed begins to change, signed, steps/s³.
+    /// Jerk in the first ease, signed, steps/s³.
     jerk: f32,
     /// Duration of each of the two eases, seconds.
     ease: f32,
     /// Time at the largest acceleration, seconds.
     steady: f32,
-    /// Length of the first ease and of the last one, steps.
+    /// Lengths of the first ease and of the last one, steps.
     first: f32,
     last: f32,
-    /// Length of all of it, steps.
+    /// Length of the whole ramp, steps.
     whole: f32,
-    /// The part that was over when the ramp was joined: seconds, steps.
+    /// The part that was over when the ramp was joined: seconds, and steps.
     skipped: (f32, f32),
 }
 
@@ -53,8 +53,8 @@ pub(crate) struct Limits {
 }
 
 impl Limits {
-    /// The shortest times in which the speed changes by `change` steps/s: an ease, and the steady
-    /// part. Rounded up.
+    /// The shortest times in which the speed changes by `change` steps/s: the time of each ease,
+    /// and the time of the steady part, seconds. Rounded up.
     fn times(self, change: f32) -> (f32, f32) {
         let (a, jerk) = (self.acceleration * SAFE, self.jerk * SAFE);
         let longest = a / jerk;
@@ -75,10 +75,11 @@ impl Ramp {
         Self::new(v0, v1, v1 - v0, limits)
     }
 
-    /// `change` is `v1 - v0`, which may be known better than from the two.
+    /// The shortest ramp from `v0` to `v1`. `change` is `v1 - v0`; the caller may know it more
+    /// exactly than the difference of the two.
     fn new(v0: f32, v1: f32, change: f32, limits: Limits) -> Self {
         let (ease, steady) = limits.times(change.abs());
-        // By the times that were found, so that the ramp ends on `v1` exactly.
+        // The jerk follows from the times, so that the ramp ends at `v1` exactly.
         let turn = ease * (ease + steady);
         let jerk = if turn > 0.0 { change / turn } else { 0.0 };
         let bend = jerk * ease * ease * ease / 6.0;
@@ -95,7 +96,7 @@ impl Ramp {
         }
     }
 
-    /// No change at all.
+    /// A ramp of no length at the speed `speed`.
     pub(crate) fn none(speed: f32) -> Self {
         Self {
             v0: speed,
@@ -110,7 +111,7 @@ impl Ramp {
         }
     }
 
-    /// The rest of a ramp to `v1` that is joined at `speed`, when its acceleration has grown to
+    /// The rest of a ramp to `v1`, of which the beginning is over: at `speed` the acceleration is
     /// `acceleration` (signed, not 0, towards `v1`). `None` where `v1` is too near: the
     /// acceleration would have to fall at once.
     pub(crate) fn joined(speed: f32, acceleration: f32, v1: f32, limits: Limits) -> Option<Self> {
@@ -120,7 +121,8 @@ impl Ramp {
         (grown >= 0.0 && grown <= ramp.ease).then(|| ramp.skip(grown))
     }
 
-    /// The shortest end of a ramp that has `acceleration` (signed) at `speed`: it falls to 0.
+    /// The shortest end of a ramp that has `acceleration` (signed) at `speed`: the acceleration
+    /// falls to 0.
     pub(crate) fn easing(speed: f32, acceleration: f32, limits: Limits) -> Self {
         let change = eased(acceleration, limits);
         let (before, after) = (most(speed - change, 0.0), most(speed + change, 0.0));
@@ -145,15 +147,16 @@ impl Ramp {
         self.v1
     }
 
-    /// Steps, a fraction in general.
+    /// Length in steps; in general not a whole number.
     pub(crate) fn length(&self) -> f32 {
         most(self.whole - self.skipped.1, 0.0)
     }
 
-    /// Seconds that the `steps` from the place `x` steps after the start take.
+    /// The time of the `steps` after the place `x`, seconds. `x` is counted in steps from the
+    /// start.
     ///
-    /// They are added up part by part: within a part, the time follows from the speeds at its ends.
-    /// `steps` may be known better than places are.
+    /// The times of the parts are added up; within a part, the time follows from the speeds at its
+    /// ends. The caller may know `steps` more exactly than the difference of two places.
     pub(crate) fn time(&self, x: f32, steps: f32) -> f32 {
         let x = x + self.skipped.1;
         let (first, last) = (self.first, most(self.whole - self.last, self.first));
@@ -164,8 +167,8 @@ impl Ramp {
             + self.part(x + steady, steps - steady, -self.jerk)
     }
 
-    /// Seconds that the `steps` from a place of one part take, with the jerk of that part. Newton's
-    /// method solves `steps = (v0 + v1)/2·t − jerk·t³/12` for them.
+    /// The time of the `steps` after the place `x0` within one part that has the jerk `jerk`,
+    /// seconds. Newton's method solves `steps = (v0 + v1)/2·t − jerk·t³/12` for it.
     fn part(&self, x0: f32, steps: f32, jerk: f32) -> f32 {
         const ROUNDS: u32 = 3;
         if steps <= 0.0 {
@@ -220,7 +223,7 @@ impl Ramp {
         2.0 * self.ease + self.steady
     }
 
-    /// Steps made after `time` seconds of an ease or of the steady part.
+    /// The place after `time` seconds from the start of an ease or of the steady part, steps.
     fn place(&self, time: f32) -> f32 {
         let late = most(time - self.ease, 0.0);
         let early = least(time, self.ease);
@@ -263,24 +266,24 @@ pub(crate) fn duration(v0: f32, v1: f32, limits: Limits) -> f32 {
     2.0 * ease + steady
 }
 
-/// About the speed half a step out of rest, steps/s: a ramp from rest to `v` has the length
-/// `v^(3/2)/√jerk`.
+/// Roughly the speed half a step after a start from rest, steps/s: a ramp from rest to `v` has the
+/// length `v^(3/2)/√jerk`.
 pub(crate) fn half_a_step(limits: Limits) -> f32 {
     rough_cube_root(0.25 * limits.jerk)
 }
 
-/// How much a move of `length` can brake, as a loss of squared speed, from any speed up to
-/// `fastest`, with acceleration 0 at its ends. It is never too much, and within some per cent of
-/// what would be possible.
+/// By how much a move of `length` can brake, as a loss of squared speed, from any speed up to
+/// `fastest`, with acceleration 0 at its ends. The result is never too large, and too small by some
+/// per cent at most.
 ///
-/// A loss takes the longest way at the highest speed `v`. There the change of speed `Δ` takes
+/// A loss of squared speed takes the longest distance at the highest speed `v`. There the change of
+/// speed `Δ` takes the length
 ///
 /// ```text
 ///   length = (v − Δ/2)·T(Δ)        T: the time of a ramp
 /// ```
 ///
-/// This is solved for `Δ` from below: a mean speed that is too high gives a change that is too
-/// small.
+/// This is solved for `Δ` from below: a mean speed that is too high gives a `Δ` that is too small.
 pub(crate) fn braking(fastest: f32, length: f32, limits: Limits) -> f32 {
     const ROUNDS: u32 = 3;
     let (a, jerk) = (limits.acceleration * SAFE, limits.jerk * SAFE);
@@ -299,8 +302,8 @@ pub(crate) fn braking(fastest: f32, length: f32, limits: Limits) -> f32 {
     change * (2.0 * fastest - change)
 }
 
-/// How well a speed is known, as a share of it: a loss of speed is counted on less that much, for
-/// moves so short that it is within the rounding. Eight units in the last place.
+/// The error of a speed, as a share of it: eight units in the last place. A loss of speed is
+/// reduced by it, for moves so short that the loss is within the rounding.
 const COARSE: f32 = 1.0 / (1 << 20) as f32;
 
 /// The first time at which `v·t + jerk·t³/6` is `x`, with `v` at least 0.
@@ -329,14 +332,14 @@ fn solve(v: f32, jerk: f32, x: f32) -> f32 {
     time
 }
 
-/// The rough cube root is at least 0.93 of the true one.
+/// A factor that corrects the rough cube root, which is at least 0.93 of the true one.
 const ROOT_MARGIN: f32 = 1.0 / 0.93;
 
 /// The reference of the tests, in `f64`.
 #[cfg(test)]
 impl Ramp {
-    /// Place and speed after `t` seconds (of the whole ramp, where it was joined), by integrating
-    /// its three parts one after the other.
+    /// Place and speed after `t` seconds, by integrating the three parts one after the other. Of a
+    /// joined ramp `t` counts from the start of the whole ramp.
     fn exact(&self, t: f64) -> (f64, f64) {
         let (ease, steady) = (f64::from(self.ease), f64::from(self.steady));
         let (mut x, mut v, mut a, mut left) = (0.0, f64::from(self.v0), 0.0, t);

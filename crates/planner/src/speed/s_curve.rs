@@ -33,7 +33,7 @@ pub struct SCurve {
     limits: Limits,
 }
 
-/// A rough cube root may be too small by less than this factor.
+/// The rough cube root is too small by less than this factor.
 const ROOT_MARGIN: f32 = 1.1;
 
 /// Halvings of a range of speeds: one less than an `f32` has bits.
@@ -313,7 +313,8 @@ impl Entry {
     }
 }
 
-/// The last speed from `good` towards `bad` that `fits`, where `good` does and `bad` does not.
+/// By halving: the speed nearest to `bad` that `fits`. The caller warrants that `good` fits and
+/// `bad` does not.
 fn furthest(mut good: f32, mut bad: f32, fits: impl Fn(f32) -> bool) -> f32 {
     for _ in 0..HALVINGS {
         let middle = 0.5 * (good + bad);

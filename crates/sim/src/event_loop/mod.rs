@@ -12,10 +12,10 @@
 //! a segment taken, motion at rest, its own deadline, or because it said that it is busy. Turns
 //! that would find nothing to do are left out.
 //!
-//! The effects of a poll are seen at its start, and its time passes after it. The next poll begins
-//! when that time is over, later by all interrupts in between. A poll is short (one line, a few
-//! segments), so that its effects come at most some tens of microseconds too early; the queue holds
-//! two milliseconds of segments.
+//! The effects of a poll take place at its start, and its time passes after that. The next poll
+//! begins when that time is over, delayed by all interrupts in between. A poll is short (one line,
+//! a few segments), so its effects come at most some tens of microseconds too early; the queue
+//! holds two milliseconds of segments.
 
 mod lines;
 mod rules;
@@ -93,6 +93,9 @@ where
 {
     /// Puts a machine on a board, at power-up. Its main loop runs for the first time in
     /// [`Simulation::run_until`].
+    ///
+    /// # Panics
+    /// Where nothing can be planned with `setup.machine` (see [`Machine::new`]).
     pub fn new(
         memory: &'a mut Memory<AXES, MOTORS, MOVES>,
         setup: &Setup<AXES>,
@@ -111,6 +114,9 @@ where
     X: Extension<AXES>,
 {
     /// As [`Simulation::new`], with an extension of the machine.
+    ///
+    /// # Panics
+    /// As [`Simulation::new`].
     pub fn extended(
         memory: &'a mut Memory<AXES, MOTORS, MOVES>,
         setup: &Setup<AXES>,

@@ -20,8 +20,8 @@ pub(super) struct PeakRate {
     recent: [Cycle; LONG],
     steps: usize,
     burst: Burst,
-    /// Shortest time of [`LONG`] intervals; `short`: that of [`SHORT`] intervals in bursts too
-    /// short for [`LONG`].
+    /// Shortest time of [`LONG`] intervals. `short`: shortest time of [`SHORT`] intervals, in
+    /// bursts too short for [`LONG`].
     long: u64,
     short: u64,
     /// The fastest of the bursts with fewer than [`SHORT`] intervals.
@@ -58,8 +58,8 @@ impl Brief {
         self.intervals as f64 * CPU_HZ as f64 / self.cycles.max(1) as f64
     }
 
-    /// The faster one of the two. One with several intervals is preferred to a single interval,
-    /// which says little.
+    /// The faster of the two. A measurement over several intervals is preferred to one over a
+    /// single interval, which is uncertain.
     fn max(self, other: Self) -> Self {
         let key = |brief: Self| (brief.intervals.min(2), brief.rate());
         if key(other) > key(self) {
@@ -186,7 +186,8 @@ mod tests {
 
     #[test]
     fn a_few_steps_close_together_are_no_speed() {
-        // One step of a new piece of the path comes right behind the last step of the piece before.
+        // One step of a new piece of the path follows immediately on the last step of the piece
+        // before.
         let uneven = [10_000; 20]
             .into_iter()
             .chain([100, 9_900])

@@ -13,7 +13,7 @@ use leadscrew_machine::config::SwitchRules;
 use leadscrew_machine::config::{AxisKind, MachineConfig, Options, ParkingConfig, Squaring};
 use leadscrew_outputs::OutputsConfig;
 
-/// The axes of the largest machine with a second motor.
+/// The most axes of a machine with a second motor.
 const GANGED_AXES: usize = 4;
 
 /// The axis that the probe moves along.

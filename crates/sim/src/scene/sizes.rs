@@ -179,7 +179,7 @@ fn beside_a_noun(comment: &str) -> Option<Size> {
     None
 }
 
-/// The positive length at the begin of a text, such as `0.8`, `.125"`, `1/4 inch` or `3 mm`, and
+/// The positive length at the start of a text, such as `0.8`, `.125"`, `1/4 inch` or `3 mm`, and
 /// the text after it.
 fn length(text: &str) -> Option<(Size, &str)> {
     let (mut value, mut rest) = decimal(text)?;

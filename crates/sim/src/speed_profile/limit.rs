@@ -22,7 +22,7 @@ pub enum SpeedLimit {
 pub enum Slow {
     /// A corner: junction deviation.
     Corner,
-    /// The begin or the end of a rest that the program asks for.
+    /// The start or the end of a rest that the program asks for.
     Stop,
     /// The end of the look-ahead: no more moves fit the queue.
     LookAhead,

@@ -66,9 +66,9 @@ pub struct Stretch {
     pub phase: Phase,
     /// Length of the path, mm.
     pub length: f64,
-    /// Speed along the path at the begin and at the end, mm/s.
+    /// Speed along the path at the start and at the end, mm/s.
     pub speed: [f64; 2],
-    /// Power at the begin and at the end, shares of full power.
+    /// Power at the start and at the end, shares of full power.
     pub power: [f64; 2],
     /// The limit that keeps the speed from being higher.
     pub limit: Limit,

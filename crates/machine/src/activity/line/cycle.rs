@@ -14,8 +14,8 @@ where
     K: Kinematics<AXES, MOTORS> + Clone,
     X: Extension<AXES>,
 {
-    /// Begins a cycle: from now on its strokes are the commands of the line. One that would leave
-    /// the travel does not begin.
+    /// Begins a cycle: from now on its strokes are the commands of the line. A cycle that would
+    /// leave the travel does not begin.
     pub(super) fn perform_cycle<B: Board>(
         &mut self,
         travel: &Travel<AXES>,

@@ -31,7 +31,7 @@ pub(crate) enum Origin {
     Nobody,
 }
 
-/// Which sort of motion a line's moves are.
+/// The kind of motion that a line's moves are.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum LineKind {
     /// G-code.
@@ -76,7 +76,7 @@ pub(crate) enum OwnWait {
     Stop,
 }
 
-/// How far a probing motion has come.
+/// The phase of a probing motion.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Probing {
     /// It moves, the probe is watched.
@@ -221,14 +221,14 @@ impl<const AXES: usize> Executor<AXES> {
         }
     }
 
-    /// Has the line under way wait until its change is stored.
+    /// Makes the line under way wait until its change is stored.
     pub(crate) fn begin_waiting_for_store(&mut self) {
         self.wait = Wait::Stored {
             then_restart: false,
         };
     }
 
-    /// Has the line under way wait for this event.
+    /// Makes the line under way wait for this event.
     pub(crate) fn wait_own(&mut self, wait: OwnWait) {
         self.wait = Wait::Own(wait);
     }
@@ -253,7 +253,7 @@ impl<const AXES: usize> Executor<AXES> {
         Some((*self.commands.get(self.next)?, self.kind))
     }
 
-    /// Whether the next command has to be planned, for which there must be room.
+    /// Whether the next command needs room in the planner.
     pub(crate) fn moves_next(&self) -> bool {
         if !matches!(self.wait, Wait::Nothing | Wait::Arc(_)) {
             return false;
@@ -283,8 +283,8 @@ impl<const AXES: usize> Executor<AXES> {
         in_cycle || self.next + 1 < self.commands.len()
     }
 
-    /// Goes on to the next command, or to the cycle's next stroke, which takes the place of the one
-    /// before.
+    /// Goes on to the cycle's next stroke, if there is one, and otherwise to the next command of
+    /// the line.
     fn advance(&mut self) {
         self.wait = Wait::Nothing;
         if let Some(cycle) = &mut self.cycle {

@@ -424,8 +424,8 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
     }
 }
 
-/// The words that no M code takes. An M code that stands alone takes its own words and leaves all
-/// others but `N`; where words of other groups are beside it, it is itself among those left.
+/// The words that no M code takes. An M code that has to stand alone leaves no word but its own and
+/// `N`; where the line has words of other groups, the M word itself is left over as well.
 fn left_by_m<const AXES: usize>(
     unused: Letters,
     block: &Block<AXES>,

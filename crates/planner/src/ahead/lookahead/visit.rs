@@ -3,19 +3,18 @@
 use super::{Braking, LookAhead, MOST_BITS};
 use crate::moves::PlannedMove;
 
-/// The number of moves that are visited at a time: `Machine::poll` may visit them, and must not
-/// take long.
+/// The most moves that one call visits: `Machine::poll` makes the call, and must not take long.
 const VISITED: usize = 8;
 
 impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
-    /// The move whose start keeps the next move's start from being faster; `None` where it is the
-    /// rest at the plan's end.
+    /// The slow move ahead: the limit at its start bounds the speed at the start of the next move
+    /// to run. `None` where the rest at the end of the plan bounds it.
     pub(crate) fn slow_start(
         &self,
         braking: &impl Braking<AXES, MOTORS>,
     ) -> Option<&PlannedMove<AXES, MOTORS>> {
         let next = usize::from(self.running);
-        if self.hangs() {
+        if self.is_bound_by_end() {
             return None;
         }
         let open = self.planned.checked_sub(1)?;
@@ -24,7 +23,8 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
         if let Some(found) = moves.find(|of| of.entry == of.cap) {
             return Some(found);
         }
-        // It lies in the first block in which the speed at its start does not depend on its end.
+        // The slow move lies in the first block whose speed at the start does not depend on its
+        // end.
         let mut from = near;
         while from < open {
             let end = (from + (1 << self.block_bits)).min(open);
@@ -36,7 +36,7 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
         self.moves.get(open)
     }
 
-    /// The first move from `from` to before `end` at which the cap bounds the speed.
+    /// The first of the moves `from..end` at which the cap bounds the speed.
     fn slow_in(
         &self,
         from: usize,
@@ -56,7 +56,8 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
         found
     }
 
-    /// The squared speed at the start of a block's first move, or of the open one.
+    /// The squared speed (units) at the start of the move at `index`, which is the first one of a
+    /// block or the open one.
     fn speed_at(&self, index: usize) -> u32 {
         let number = self.number(index);
         if number & self.mask() == 0 {
@@ -67,11 +68,13 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
         }
     }
 
-    /// Visits up to [`VISITED`] moves of one block, from number `from` on, that do not run. `visit`
-    /// is given each move, the one behind it and the largest squared speed, in units, at which it
-    /// may end. Numbers before the first move that waits are left out. `guess` says how a move that
-    /// is not planned yet will be; it is given that move, and how many such moves come before it.
-    /// Returns the number of the next move, if there is one.
+    /// Visits up to [`VISITED`] moves of one block, beginning with number `from`; the running move
+    /// and earlier ones are left out. Returns the number of the move to go on with, if there is
+    /// one.
+    ///
+    /// `visit` takes each move, the move after it, and the largest squared speed (units) at which
+    /// it may end. `guess` completes a move that is not planned yet; it takes that move and how
+    /// many such moves come before it.
     pub(crate) fn visit_block(
         &self,
         from: u16,
@@ -116,8 +119,9 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
         (stop > begin && stop < len).then(|| self.number(stop))
     }
 
-    /// Whether the speed at the start of the move at `index`, the first one of a block, has to be
-    /// found move by move from the last one: it was not found yet, or is near the end of the plan.
+    /// Whether the speed at the start of a block has to be found move by move from the end of the
+    /// queue: nobody has found it yet, or the block is near the end of the plan. The block begins
+    /// at `index`.
     fn is_inside(&self, index: usize) -> bool {
         let near_end = index + (1 << self.block_bits) >= self.planned;
         near_end || !self.was_found(self.block_of(self.number(index)))

@@ -1,4 +1,4 @@
-//! The move under way: where it is, its profile, and the next segment of it.
+//! The running move: its place, its profile, and its next segment.
 
 mod parts;
 mod plan;
@@ -9,7 +9,7 @@ use crate::emit::pixel::Pixel;
 use crate::moves::{MovePower, PlannedMove};
 use crate::planner::Outlook;
 use crate::real::{least, most, sqrt};
-use crate::space::ground::Whereabouts;
+use crate::space::axis_limits::Whereabouts;
 use crate::speed::profile::{Place, Plan};
 use crate::{Config, Profile, Trapezoid};
 use core::num::NonZeroU16;
@@ -25,9 +25,9 @@ use parts::Parts;
 pub(crate) struct Timing {
     /// Counts in a second.
     pub(crate) hz: f32,
-    /// Smoothing makes no ticks closer than this, seconds.
+    /// The shortest interval of ticks that smoothing may make, seconds.
     pub(crate) shortest_tick: f32,
-    /// No segment takes longer, seconds.
+    /// The longest segment, seconds.
     pub(crate) longest_segment: f32,
 }
 
@@ -47,7 +47,7 @@ impl Timing {
 pub(crate) struct Aim {
     pub(crate) goal: Goal,
     /// Steps of the dominant motor from the end of the part that runs to the move's end.
-    pub(crate) behind: u32,
+    pub(crate) steps_after: u32,
     /// Squared speed at which the part may end so that all later limits can be kept, mm²/s².
     pub(crate) exit_v2: f32,
     /// Limit of the corner at the part's end alone, squared, mm²/s².
@@ -68,8 +68,8 @@ pub(crate) struct Aim {
 pub(crate) enum Goal {
     /// To the end of the move.
     End,
-    /// To rest as soon as can be. Where the move is too short for that, the next one goes on with
-    /// it.
+    /// To rest as soon as possible. Where the move is too short for that, the stop goes on in the
+    /// next move.
     Stop,
 }
 
@@ -79,32 +79,32 @@ pub(crate) struct Running<const MOTORS: usize> {
     line: Line<MOTORS>,
     /// Whether the stepper has yet to be told of `line`.
     announce: bool,
-    /// Whether a motor steps less often than the dominant one: only then smoothing is of use.
+    /// Whether a motor steps less often than the dominant one: only then is smoothing of use.
     smooth: bool,
-    /// The smoothing that motors are early for, by half a tick of it, at the end of the segments
-    /// handed out. Later segments may have it. `None` where motors are not early at all.
+    /// How early motors are at the end of the segments handed out: half a tick of this smoothing.
+    /// Later segments may have that smoothing. `None` where motors are not early at all.
     early: Option<Smoothing>,
     /// Whole steps of the dominant motor handed out.
     done: u32,
-    /// The part of the next step that was handed out: 0 unless that takes so long that it is handed
-    /// out in spans.
+    /// The share of the next step event that was handed out, 0 to 1. It is 0 unless that event
+    /// takes so long that it is handed out in spans.
     way: f32,
-    /// The motors that have come on by the next step event already.
+    /// The motors that have already been advanced by that step event.
     made: MotorMask,
-    /// `done` where `line` begins: 0 until the line is begun anew.
+    /// The value of `done` at the start of `line`: 0 until the line is begun anew.
     line_start: u32,
     /// Steps of the dominant motor in the whole move.
     events: u32,
     profile: Profile,
     /// Speed at the end of the segments handed out, steps/s.
     speed: f32,
-    /// The span of the step event after `done` that was handed out in part.
+    /// The span that is being handed out in parts.
     parts: Option<Parts<MOTORS>>,
     /// Interval of the cruise, 2⁻³² counts.
     cruise_interval: u64,
-    /// Steps of the dominant motor in a mm of path.
+    /// Steps of the dominant motor per mm of path.
     steps_per_mm: f32,
-    /// Acceleration along the path where that is straight, steps/s².
+    /// Acceleration along the path where the path is straight, steps/s².
     acceleration: f32,
     /// 1 / programmed feed, s/step.
     per_feed: f32,
@@ -112,7 +112,7 @@ pub(crate) struct Running<const MOTORS: usize> {
     /// Outputs that change with the first segment, until that is handed out.
     outputs: OutputChange,
     pub(crate) line_number: Option<u32>,
-    /// Changes of power that the pool holds for the move.
+    /// How many changes of power the pool still holds for this move.
     pixels: u16,
     /// The next change of power, and the step at which it comes.
     next_pixel: Option<(u32, Pixel)>,
@@ -120,8 +120,8 @@ pub(crate) struct Running<const MOTORS: usize> {
     pub(crate) outlook: Option<Outlook>,
 }
 
-/// The next steps, or a part of one: a [`Segment`] but for what is announced with it. A segment is
-/// long, and each copy of one takes 200 cycles.
+/// A [`Segment`] without its line, its outputs and its power at rest: the next steps, or a part of
+/// one step event. A segment is long, and each copy of one takes 200 cycles.
 #[derive(Clone, Copy, Debug)]
 struct Piece {
     ticks: NonZeroU16,
@@ -185,7 +185,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         })
     }
 
-    /// Changes the power where the next pixel begins, and asks `next` for the one after it.
+    /// If the next pixel begins here, takes its power and asks `next` for the pixel after it.
     pub(crate) fn begin_pixel(&mut self, mut next: impl FnMut() -> Option<Pixel>) {
         if let Some((_, pixel)) = self.next_pixel.take_if(|(at, _)| *at <= self.done) {
             self.power = self.power.with(pixel.power);
@@ -203,7 +203,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
     }
 
     /// Seconds of the rest of the profile, the speed at its end, mm/s, and the steps of the move
-    /// behind it.
+    /// after it.
     pub(crate) fn rest(&self) -> (f32, f32, u32) {
         let steps = self.here().before(self.profile.end());
         let (entry, elapsed) = self
@@ -211,11 +211,11 @@ impl<const MOTORS: usize> Running<MOTORS> {
             .as_ref()
             .map_or((self.speed, 0.0), |parts| (parts.entry, parts.elapsed));
         let (seconds, _) = self.profile.time_over(self.here(), entry, steps);
-        let behind = self.events - self.profile.end();
-        (seconds - elapsed, sqrt(self.exit_v2()), behind)
+        let steps_after = self.events - self.profile.end();
+        (seconds - elapsed, sqrt(self.exit_v2()), steps_after)
     }
 
-    /// Where it is.
+    /// Speed and remaining length, for the planner.
     pub(crate) fn whereabouts(&self) -> Whereabouts {
         Whereabouts {
             v2: self.profile.speed_v2(self.here()) / (self.steps_per_mm * self.steps_per_mm),
@@ -229,7 +229,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         &self.profile
     }
 
-    /// The end of the segments handed out; the parts of a span that is not over do not count.
+    /// The end of the segments handed out. Parts of a span that is not finished do not count.
     pub(crate) const fn here(&self) -> Place {
         Place {
             step: self.done,
@@ -237,7 +237,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// Whether no span is handed out in part: only then the profile may be made anew.
+    /// Whether the profile may be made anew: not while a span is handed out in part.
     pub(crate) const fn may_change(&self) -> bool {
         self.parts.is_none()
     }
@@ -267,7 +267,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         self.profile.exit_v2() / (self.steps_per_mm * self.steps_per_mm)
     }
 
-    /// Has the stepper begin the line anew at `done`, after another line came between.
+    /// Makes the stepper begin the line anew at `done`, after another line came between.
     pub(crate) fn renew_line(&mut self) {
         if let Some(rest) = self.line.rest(self.done - self.line_start, self.early()) {
             self.line = rest;
@@ -276,8 +276,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// The next `events` steps at the cruise. Their intervals are even, and known to more than 24
-    /// bits so that nothing drifts.
+    /// The next `events` steps at constant speed. Their intervals are even, and known to more than
+    /// 24 bits so that no drift adds up.
     fn cruise_piece(&mut self, events: u32, timing: Timing, carry: &mut Carry) -> Piece {
         let seconds = 1.0 / self.speed;
         self.done += events;
@@ -300,7 +300,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// The next `events` steps on a ramp or across its end.
+    /// The next `events` steps on a ramp, or over the end of one.
     fn ramp_piece(&mut self, events: u32, timing: Timing, carry: &mut Carry) -> Piece {
         let (from, all) = (Place::at(self.done), events as f32);
         let half = if events > 1 { (events / 2) as f32 } else { 0.5 };
@@ -354,8 +354,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// Smoothing of the next segment. A coarser smoothing than that of the segment before begins
-    /// one segment late: in between, the motors come to be as early as it needs them.
+    /// The smoothing of the next segment. If it is coarser than the segment before, it begins one
+    /// segment late: in that segment the motors become as early as the coarser smoothing needs.
     fn smoothing(&mut self, interval: f32, timing: Timing, evenness: f32) -> Smoothing {
         let wanted = self.wanted(interval, timing, evenness);
         match self.early.replace(wanted) {
@@ -369,7 +369,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
         self.early.map_or(Early::NOT, Early::half_a_tick)
     }
 
-    /// The least smoothing that brings other motors near enough to their time.
+    /// The least smoothing that keeps the steps of other motors near enough to the line (see
+    /// `fit`).
     fn wanted(&self, interval: f32, timing: Timing, evenness: f32) -> Smoothing {
         if self.smooth {
             smoothing(interval, timing.shortest_tick, evenness)
@@ -378,8 +379,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// Power of the first tick and its change a tick, from the speeds (steps/s) in the first and
-    /// the last tick.
+    /// The power of the first tick and its change from tick to tick, from the speeds (steps/s) in
+    /// the first and the last tick.
     fn power_at(&self, first: f32, last: f32, ticks: NonZeroU16) -> (Power, PowerChange) {
         match self.power {
             MovePower::Off => (Power::OFF, PowerChange::ZERO),
@@ -399,9 +400,9 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// Hands out the next segment. `held`: a hold slows down. The last step before its rest takes
-    /// long; there a constant power follows the speed, so that the step gets as much energy as at
-    /// the programmed feed.
+    /// Hands out the next segment. `held`: a hold slows down. The last step before the rest of a
+    /// hold takes long. In that step a laser's constant power follows the speed, so that the step
+    /// gets as much energy as at the programmed feed.
     pub(crate) fn segment(
         &mut self,
         timing: Timing,
@@ -456,29 +457,30 @@ impl<const MOTORS: usize> Running<MOTORS> {
 }
 
 /// The most step events of a segment: with sixteenfold smoothing their ticks fit 16 bits. (A
-/// millisecond at 300 kHz has 300.)
+/// millisecond at 300 kHz has 300 step events.)
 const MOST_EVENTS: u32 = 4000;
 
-/// An override may make the step after one that takes `T` shorter by `a·T³`. A motor that is early
-/// by a sixteenth of the first step may then be too early by this much, seconds. Where it would be
-/// more, ticks are finer.
+/// After a step that takes `T` an override may make the next step shorter by `a·T³`. A motor that
+/// is early by a sixteenth of the first step may then be too early by a sixteenth of that
+/// difference: at most this time, seconds. Otherwise the ticks of a cruise are as fine as on a
+/// ramp.
 const SURPRISE: f32 = 0.2e-6;
 
-/// The evenness of a cruise where ticks are to be as fine as on a ramp.
+/// The evenness to use for a cruise whose ticks have to be as fine as on a ramp: anything below 1.
 const NEARLY_EVEN: f32 = 0.99;
 
 /// Full power in units of [`Power`].
 const FULL: u32 = 1 << 31;
 
-/// The time of half a step that takes `seconds`, as a linear interval can follow it. Under constant
-/// acceleration out of rest it is √½ of the step's time. A jerk limit would make it more, and the
-/// last interval of the step negative.
+/// The time of the first half of a step, limited so that a linear interval can follow it. The whole
+/// step takes `seconds`. Under constant acceleration out of rest the first half takes √½ of them.
+/// Under a jerk limit it takes more, and the last interval of the step would be negative.
 fn within_a_step(half: f32, seconds: f32) -> f32 {
     const MOST: f32 = 0.7075;
     least(most(half, (1.0 - MOST) * seconds), MOST * seconds)
 }
 
-/// Bits of a power, limited to full.
+/// The bits of a power, at most full power.
 fn share(bits: f32) -> u32 {
     (bits as u32).min(FULL - 1)
 }

@@ -1,11 +1,12 @@
-//! A step event in parts: each motor steps when it is due, and plans may change on the way.
+//! A step event handed out in parts: each motor steps when it is due, and the profile may change in
+//! between.
 //!
 //! At low speeds one step takes much longer or shorter than the next. Out of rest the first quarter
-//! of a step takes half of its time. A hold or an override may change what comes next. Ticks whose
-//! interval changes linearly cannot follow that, and a motor that is half a tick early may be early
-//! by a large part of a step's time. But in one step event each motor steps at most once. So the
-//! profile itself is asked when each motor is due, and the step event is cut there into parts of
-//! one tick each:
+//! of a step takes half of its time. A hold or an override may change the speed of the next step.
+//! Ticks whose interval changes linearly cannot follow that, and a motor that is half a tick early
+//! may be early by a large part of a step's time. But in one step event each motor steps at most
+//! once. So the profile itself tells when each motor is due, and the step event is cut at these
+//! times into parts of one tick each:
 //!
 //! ```text
 //!                      Y       Z              X, the dominant motor
@@ -13,14 +14,14 @@
 //!     part of Y alone   of Z    of all others
 //! ```
 //!
-//! In its part each motor comes on by the whole step event at once.
+//! In its part each motor is advanced by the whole step event at once.
 //!
-//! Ticks cannot be any closer than [`Timing::shortest_tick`]: a step that is due sooner after a
-//! tick comes a little late, or with the next one.
+//! Ticks cannot be closer than [`Timing::shortest_tick`]. A step that is due sooner after a tick
+//! comes a little late, or with the next tick.
 //!
-//! What is handed out can no longer be changed. So a step event that takes longer than a segment
-//! may is handed out in *spans*, each of them in parts. Between two spans no motor need step, and
-//! the profile may be made anew as it may between steps:
+//! A segment that was handed out cannot be changed. So a step event that takes longer than a
+//! segment may is handed out in *spans*, each of them in parts. Between two spans no motor steps,
+//! and the profile may be made anew, as between steps:
 //!
 //! ```text
 //!              Y                           X
@@ -33,43 +34,45 @@ use crate::real::{least, most};
 use core::num::NonZeroU16;
 use leadscrew_stepper::{IntervalChange, MotorMask, Smoothing};
 
-/// A step event is made in parts where its squared speed is less than this many times the
-/// acceleration. At that limit the last 32nd of a step that brakes, half of one of its sixteen
-/// ticks, takes a 27th of its time; out of rest the first 32nd takes a sixth.
+/// A step event is handed out in parts if its squared speed is less than this many times the
+/// acceleration. At that limit the last 32nd of a step that brakes (half of one of its sixteen
+/// ticks) takes a 27th of the step's time. Out of rest the first 32nd takes a sixth of it.
 const SUDDEN: f32 = 4.0;
 
-/// The least evenness of a step behind those that are made in parts. Its speed changes by less than
-/// a sixth, or by a fourth where an override changes it one way in this step and the other way in
-/// the next.
+/// The least evenness of the step after those that are handed out in parts. In that step the speed
+/// changes by less than a sixth, or by a fourth where an override changes it one way in this step
+/// and the other way in the next.
 const SETTLED: f32 = 0.75;
 
-/// A step that is not sudden may take longer than its speed at the start says, by this factor at
-/// most: `2/(1 + √½)`.
+/// A step that is not sudden takes at most this many times as long as its speed at the start tells:
+/// `2/(1 + √½)`.
 const LONGER: f32 = 1.18;
 
-/// A step event that is made in parts has room for this many of the shortest ticks. So a motor that
-/// comes with the next tick is off by a sixteenth of the step at most.
+/// A step event is handed out in parts only if it takes at least as long as this many of the
+/// shortest ticks. So a motor that steps with the next tick is off by a sixteenth of the step at
+/// most.
 const ROOM: f32 = 16.0;
 
-/// The least way of a span, steps. At 1000 s a step even that takes longer than a segment may, and
-/// is handed out all the same.
+/// The shortest span, steps. At 1000 s a step even this span takes longer than a segment may, and
+/// is handed out nevertheless.
 const LEAST_WAY: f32 = 1.0 / (1 << 20) as f32;
 
-/// The most rounds in which the way of a span is found.
+/// The most corrections of the length of a span, see [`Running::cut`].
 const CORRECTIONS: u32 = 8;
 
-/// The largest share of a step event's rest that a span takes, unless it takes all of it.
+/// The largest share of the rest of a step event that a span takes, unless it takes all of the
+/// rest.
 const MOST_OF_IT: f32 = 0.75;
 
 /// A span of a step event that is being handed out in parts.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Parts<const MOTORS: usize> {
-    /// When each motor is due, seconds from the span's start; `seconds` or more where that is at
-    /// its end or later.
+    /// When each motor is due, seconds from the span's start. `seconds` or more: not within this
+    /// span.
     due: [f32; MOTORS],
-    /// The motors that are still to come on in it.
+    /// The motors that are still to be advanced in this span.
     left: MotorMask,
-    /// Where it ends, as a share of the step event: 1 at the end of that.
+    /// The span's end, as a share of the step event, up to 1.
     to: f32,
     /// Speeds at its start, at its end and in the mean, steps/s.
     pub(super) entry: f32,
@@ -78,12 +81,12 @@ pub(super) struct Parts<const MOTORS: usize> {
     /// Time of the span, and of its parts handed out so far, seconds.
     seconds: f32,
     pub(super) elapsed: f32,
-    /// The smoothing for which motors are to be early at its end, as [`Running::early`].
+    /// How early motors are to be at the span's end, as [`Running::early`].
     early: Option<Smoothing>,
 }
 
-/// A piece of a step event: where it ends, as a share of the step event, how long it takes,
-/// seconds, and the speed at its end, steps/s.
+/// A piece of a step event: its end, as a share of the step event; its duration, seconds; the speed
+/// at its end, steps/s.
 #[derive(Clone, Copy)]
 struct Span {
     to: f32,
@@ -92,14 +95,14 @@ struct Span {
 }
 
 impl<const MOTORS: usize> Running<MOTORS> {
-    /// Whether a part comes next, or a step event that may have to be made in parts.
+    /// Whether a part is next, or a step event that may have to be handed out in parts.
     ///
-    /// After such step events one more is made in parts. At its end motors are as early as the
-    /// ticks that follow need them.
+    /// The step event after such step events is handed out in parts, too. At its end motors are as
+    /// early as the following ticks need them to be.
     pub(super) fn is_for_parts(&self, timing: Timing) -> bool {
-        let behind = self.smooth && self.early.is_none() && !self.announce;
+        let after_parts = self.smooth && self.early.is_none() && !self.announce;
         let begun = self.parts.is_some() || self.way > 0.0;
-        begun || behind || self.is_sudden() || self.is_slow(timing)
+        begun || after_parts || self.is_sudden() || self.is_slow(timing)
     }
 
     fn is_sudden(&self) -> bool {
@@ -111,8 +114,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
         self.speed * timing.longest_segment < LONGER
     }
 
-    /// Begins to hand out in parts what is left of the next step event, or a span of it. `None`
-    /// where it takes no longer than a segment may, and no motor needs parts or ticks would be too
+    /// Begins to hand out in parts the rest of the next step event, or a span of it. `None` where
+    /// that rest takes no longer than a segment may and no motor needs parts, or ticks would be too
     /// close.
     #[inline(never)]
     pub(super) fn first_part(&self, timing: Timing) -> Option<Parts<MOTORS>> {
@@ -144,7 +147,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         })
     }
 
-    /// The piece of the next step event from the end of what was handed out up to `to`.
+    /// The piece of the next step event from the end of the segments handed out up to `to`.
     fn span(&self, to: f32) -> Span {
         let over = self
             .profile
@@ -153,14 +156,14 @@ impl<const MOTORS: usize> Running<MOTORS> {
         Span { to, seconds, exit }
     }
 
-    /// A piece of `rest` that takes no longer than `longest`, and half of that at least where such
-    /// a piece can be found.
+    /// A piece of `rest` that takes no longer than `longest`, and at least half of `longest` if
+    /// such a piece can be found.
     ///
-    /// `rest` is divided into as many pieces as are needed, each of the same time. Their way is
-    /// found as under constant acceleration, which it mostly is. Where a ramp ends, or under a jerk
-    /// limit, the way is corrected. It is made longer in proportion to the time, which is never too
-    /// long where the speed grows. Or it is made shorter by the cube, as out of rest with limited
-    /// jerk.
+    /// `rest` is divided into as many pieces as needed, each of the same time. The length of a
+    /// piece is found as under constant acceleration, which it mostly is. Where a ramp ends, or
+    /// under a jerk limit, the length is corrected. A piece that is too short in time is made
+    /// longer in proportion, which is never too much where the speed grows. A piece that takes too
+    /// long is made shorter by the cube of the ratio, as out of rest with limited jerk.
     fn cut(&self, rest: Span, longest: f32) -> Span {
         let (v0, v1, left) = (self.speed, rest.exit, 1.0 - self.way);
         let pieces = (rest.seconds / longest) as u32 + 1;
@@ -193,7 +196,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
     ) -> Piece {
         let next = parts.next(timing.shortest_tick);
         let (motors, end) = next.unwrap_or((parts.left, parts.seconds));
-        // So the parts' times add up to the span's exactly.
+        // With differences of rounded times, the times of the parts add up to the time of the span
+        // exactly.
         let counts = bits(end * timing.hz).saturating_sub(bits(parts.elapsed * timing.hz));
         let interval = carry.settle(counts, 0, NonZeroU16::MIN, counts).0;
         let (power, power_change) = self.power_at(parts.mean, parts.mean, NonZeroU16::MIN);
@@ -222,7 +226,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// Ends a span, all parts of which were handed out.
+    /// Ends a span after its last part was handed out.
     fn end_span(&mut self, parts: &Parts<MOTORS>) {
         self.speed = parts.exit;
         self.early = parts.early;
@@ -236,8 +240,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// When each motor is due in `span`, seconds from its start, and the motors that come on in it:
-    /// at the step event's end all that have not come on yet.
+    /// When each motor is due in `span` (seconds from its start), and the motors that are advanced
+    /// in it. In the last span of a step event these are all motors that were not advanced yet.
     fn due(&self, span: &Span) -> ([f32; MOTORS], MotorMask) {
         let (events, done) = (self.line.step_events().get(), self.done - self.line_start);
         let (mut due, mut left) = ([span.seconds; MOTORS], MotorMask::NONE);
@@ -257,8 +261,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
 }
 
 impl<const MOTORS: usize> Parts<MOTORS> {
-    /// The motors that are due next, and when, seconds from the start; `None` where that is the
-    /// end.
+    /// The motors that are due next, and when, seconds from the span's start. `None` where all that
+    /// are left step at the span's end.
     fn next(&self, shortest: f32) -> Option<(MotorMask, f32)> {
         let left = || {
             let motors = self.due.iter().enumerate();
@@ -274,8 +278,9 @@ impl<const MOTORS: usize> Parts<MOTORS> {
     }
 }
 
-/// Where a motor that takes `steps` in a line of `events` is due in the step event after `done`, as
-/// a share of that; 1 where that is its end or later. The tracer counts half a step event ahead.
+/// The share of the step event after `done` at which a motor is due; 1 where it is due at the end
+/// of that event or later. The motor takes `steps` in a line of `events`. Bresenham's tracer counts
+/// half a step event ahead.
 #[inline(never)]
 fn due(steps: u32, events: u32, done: u32) -> f32 {
     let (each, full) = (2 * u64::from(steps), 2 * u64::from(events));
@@ -295,8 +300,8 @@ mod tests {
     #[test]
     fn a_motor_with_three_steps_in_ten_is_due_at_a_sixth_a_half_and_five_sixths_of_the_line() {
         let shares = [0, 1, 2, 4, 5, 8, 9].map(|done| due(3, 10, done));
-        let [begin, first, none, end, behind, last, over] = shares;
-        assert_eq!([begin, none, end, behind, over], [1.0; 5]);
+        let [begin, first, none, end, second, last, over] = shares;
+        assert_eq!([begin, none, end, second, over], [1.0; 5]);
         assert!((first - 2.0 / 3.0).abs() < 1e-6 && (last - 1.0 / 3.0).abs() < 1e-6);
     }
 

@@ -6,7 +6,7 @@ use crate::real::{divide_twice, least, most, sqrt};
 use crate::speed::profile::{Plan, ROUNDING};
 use crate::SCurve;
 
-/// Where a profile leads: steps of the dominant motor, steps/s.
+/// The input of a profile: steps of the dominant motor, steps/s.
 struct Path {
     end: u32,
     cruise: f32,
@@ -14,8 +14,8 @@ struct Path {
     /// Accelerations, steps/s².
     up: f32,
     down: f32,
-    /// The share of the accelerations that is made use of; of the jerk it is the square of this.
-    /// The way becomes 1/share times as long.
+    /// The share of the accelerations that is used, above 0, at most 1; of the jerk the square of
+    /// this share is used. The distance becomes 1/share times as long.
     share: f32,
 }
 
@@ -48,9 +48,9 @@ impl<const MOTORS: usize> Running<MOTORS> {
 
     /// The way to the end of the part that runs.
     ///
-    /// The speed that braking from a high speed ends at is only as exact as the high speed. The
-    /// plan's exit speed is exact, so it is taken where the two differ by no more than rounding:
-    /// otherwise the difference would add up from move to move.
+    /// The speed at the end of braking is only as exact as the high speed before it. The planned
+    /// exit speed is exact. It is used where the two differ by no more than rounding; otherwise the
+    /// difference would add up from move to move.
     ///
     /// Where an override asks for a lower speed than can still be reached, the corner's own limit
     /// bounds the exit speed: the corner was planned for it.
@@ -59,7 +59,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         let per_mm = self.steps_per_mm;
         let [exit_v2, corner_v2] = [aim.exit_v2, aim.corner_v2].map(|v2| v2 * per_mm * per_mm);
         let entry_v2 = self.profile.speed_v2(self.here());
-        let end = self.events - aim.behind;
+        let end = self.events - aim.steps_after;
         let left = self.here().before(end);
         let down = aim.down * per_mm;
         let slowest = entry_v2 - 2.0 * down * left;
@@ -75,11 +75,11 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// The shortest stop on a whole step. It begins at once. The way is rounded up to the whole
-    /// step, which makes the stop gentler.
+    /// The shortest stop that ends on a whole step. It begins at once. Its length is rounded up to
+    /// the whole step, which makes the stop gentler.
     ///
-    /// A stop of a single step is made as fast as can be: at a speed near 0 the step would take for
-    /// ever.
+    /// A stop within a single step is made as fast as possible: at a speed near 0 the step would
+    /// take without end.
     fn stop(&self, entry_v2: f32, aim: Aim) -> Path {
         let (distance, left) = (self.stop_distance(entry_v2, aim), self.events - self.done);
         let down = aim.stop * self.steps_per_mm;
@@ -117,7 +117,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// Steps of the shortest stop, a fraction in general.
+    /// The length of the shortest stop, steps; in general not a whole number.
     fn stop_distance(&self, entry_v2: f32, aim: Aim) -> f32 {
         let [jerk, down] = [aim.jerk, aim.stop].map(|per_mm| per_mm * self.steps_per_mm);
         if jerk > 0.0 {

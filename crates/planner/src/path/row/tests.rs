@@ -194,13 +194,14 @@ fn a_row_with_gaps_is_no_faster_than_the_rapid_override_allows() {
         fastest = fastest.max(rig.segmenter.speed());
     }
     assert!((fastest / 125.0 - 1.0).abs() < 1e-5, "{fastest}");
-    // Where rapids are slower than the row already, a gap is a move of its own.
+    // If rapids are slower than the row, a gap is a move of its own.
     rig.planner.push(&pixel(300.0, 400.0, 50)).unwrap();
     rig.planner.push(&gap(301.0)).unwrap();
     assert_eq!(rig.planner.len(), 2);
 }
 
-/// With 0.05 mm pixels at 500 mm/s², the row has to be known for 202 mm ahead to go on at 450 mm/s.
+/// To keep 450 mm/s with pixels of 0.05 mm at 500 mm/s², the planner has to know the row for 202 mm
+/// ahead.
 #[test]
 fn a_row_of_small_pixels_runs_as_fast_as_one_long_line() {
     let power = |k: u32| 10 + k * 37 % 90;
@@ -270,7 +271,7 @@ fn program(parts: &[(u8, i32, u32)]) -> Vec<Move<2>> {
 struct Burnt {
     step: MotorMask,
     power: Power,
-    /// It may be the last one of a hold, which takes long and has less power.
+    /// Whether it may be the last tick of a hold, which takes long and has less power.
     faded: bool,
 }
 
@@ -342,7 +343,8 @@ fn by_motor(powers: &[Burnt]) -> [Vec<Burnt>; 2] {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
-    /// Rows merged or not, interrupted or not: the same power at the same step, and the same end.
+    /// Whether rows are merged or not, interrupted or not: each step has the same power, and motion
+    /// ends at the same place.
     #[test]
     fn each_step_has_the_power_of_its_line_whatever_comes_between(
         parts in parts(), acceleration in 100.0f32..5000.0, hold in prop::option::of(1usize..60), percent in 10u8..200,

@@ -1,4 +1,5 @@
-//! The limits that the axes leave to a planned move, for the look-ahead and for the move that runs.
+//! The acceleration that the axes allow along a planned move, for the look-ahead and for the
+//! running move.
 
 use crate::ahead::lookahead::{Braking, Ends};
 use crate::config::{Limits, Scales};
@@ -8,21 +9,21 @@ use crate::space::polygon::{cap, common, Piece, Rise};
 use crate::speed::ramp;
 use crate::Kinematics;
 
-/// The share of what can be braked that the look-ahead counts on. The rest is room for the rounding
-/// of ramps in `f32` (a few 2⁻²⁴), so that no ramp is steeper than allowed.
+/// The share of the possible braking that the look-ahead counts on. The rest is room for the
+/// rounding of ramps in `f32` (a few 2⁻²⁴), so that no ramp is steeper than allowed.
 const GAIN_MARGIN: f32 = 1.0 - 1.0 / (1 << 20) as f32;
 
-/// With a jerk limit a ramp has one acceleration: what the highest speed leaves. At that speed a
-/// curve may take this share of the acceleration. The share is best for a circle from rest to rest
-/// (8.5·√(R/a), against 8.8 at 0.9 and 8.7 at 0.7).
+/// With a jerk limit a ramp has one acceleration: the one that is left at the highest speed. At
+/// that speed a curve may take this share of the acceleration. The share is best for a circle from
+/// rest to rest (it takes 8.5·√(R/a); with 0.9 it takes 8.8·√(R/a), with 0.7 8.7·√(R/a)).
 const EASED: f32 = 0.8;
 
-/// What bounds the acceleration along moves.
-pub(crate) struct Ground<'m, K, const AXES: usize, const MOTORS: usize> {
+/// The limits of the machine that bound the acceleration along moves.
+pub(crate) struct AxisLimits<'m, K, const AXES: usize, const MOTORS: usize> {
     pub(crate) limits: &'m Limits<AXES>,
     pub(crate) scales: &'m Scales<MOTORS>,
     pub(crate) kinematics: &'m K,
-    /// mm/s³; 0: none.
+    /// Limit of the jerk along the path, mm/s³; 0 for none.
     pub(crate) jerk: f32,
 }
 
@@ -31,7 +32,7 @@ pub(crate) struct Ground<'m, K, const AXES: usize, const MOTORS: usize> {
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Course {
     /// Steps of the dominant motor from the part's end to the move's end.
-    pub(crate) behind: u32,
+    pub(crate) steps_after: u32,
     /// The highest squared speed at the part's end.
     pub(crate) exit_v2: f32,
     /// The highest squared speed on the way.
@@ -43,15 +44,15 @@ pub(crate) struct Course {
 }
 
 impl Course {
-    /// The course over a straight part, which ends `behind` steps before the move does.
+    /// The course over a straight part, which ends `steps_after` steps before the move does.
     fn straight<const AXES: usize, const MOTORS: usize>(
         planned: &PlannedMove<AXES, MOTORS>,
-        behind: u32,
+        steps_after: u32,
         exit_v2: f32,
     ) -> Self {
         let a = planned.acceleration;
         Self {
-            behind,
+            steps_after,
             exit_v2,
             top_v2: f32::INFINITY,
             up: a,
@@ -64,7 +65,7 @@ impl Course {
 /// The rest of a part of a move over which the path turns.
 struct Part<const AXES: usize> {
     /// Steps of the dominant motor from its end to the move's end.
-    behind: u32,
+    steps_after: u32,
     /// mm.
     length: f32,
     /// The curvature at its begin, on the way and at its end.
@@ -102,13 +103,13 @@ impl Whereabouts {
         }
     }
 
-    /// Steps to the place that is `behind` steps before the move's end.
-    pub(crate) fn to(&self, behind: u32) -> f32 {
-        (self.steps - behind) as f32 - self.way
+    /// Steps to the place that is `steps_after` steps before the move's end.
+    pub(crate) fn to(&self, steps_after: u32) -> f32 {
+        (self.steps - steps_after) as f32 - self.way
     }
 }
 
-impl<K, const AXES: usize, const MOTORS: usize> Ground<'_, K, AXES, MOTORS>
+impl<K, const AXES: usize, const MOTORS: usize> AxisLimits<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
@@ -136,30 +137,30 @@ where
     }
 
     /// How the running move goes on, up to the end of the part that it is in. The move after it is
-    /// `behind`, and its end may be passed at `exit_v2` at most.
+    /// `after`, and its end may be passed at `exit_v2` at most.
     pub(crate) fn course(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
-        behind: Option<&PlannedMove<AXES, MOTORS>>,
+        after: Option<&PlannedMove<AXES, MOTORS>>,
         at: Whereabouts,
         exit_v2: f32,
     ) -> Course {
         if self.jerk > 0.0 {
-            return self.eased_course(planned, behind, exit_v2);
+            return self.eased_course(planned, after, exit_v2);
         }
-        if planned.is_straight() && behind.is_none_or(PlannedMove::is_straight) {
+        if planned.is_straight() && after.is_none_or(PlannedMove::is_straight) {
             return Course::straight(planned, 0, exit_v2);
         }
         let (none, per_mm) = ([0.0; AXES], planned.steps_per_mm());
         let mut part = Part {
-            behind: 0,
+            steps_after: 0,
             length: at.to(0) / per_mm,
             from: if at.at_start { planned.bend } else { none },
             middle: none,
-            to: behind.map_or(none, |behind| behind.bend),
+            to: after.map_or(none, |after| after.bend),
             exit_v2,
         };
-        if let Some([start, end]) = turns(planned, behind) {
+        if let Some([start, end]) = turns(planned, after) {
             let mm = |steps: u32| steps as f32 / per_mm;
             let [start, end] = [start, end].map(|turn| (turn * per_mm) as u32);
             if at.steps > end {
@@ -168,17 +169,17 @@ where
                     let gain = self.gain_over(planned, mm(end), [&part.to, &none], any);
                     part.exit_v2 += gain * GAIN_MARGIN;
                 }
-                part.behind = planned.events() - start;
-                if at.steps <= part.behind {
+                part.steps_after = planned.events() - start;
+                if at.steps <= part.steps_after {
                     return Course::straight(planned, end, part.exit_v2);
                 }
-                let gain = 2.0 * planned.acceleration * mm(part.behind - end);
+                let gain = 2.0 * planned.acceleration * mm(part.steps_after - end);
                 part.exit_v2 += gain * GAIN_MARGIN;
-                part.length = at.to(part.behind) / per_mm;
+                part.length = at.to(part.steps_after) / per_mm;
                 part.to = none;
             }
         } else {
-            part.middle = middle(planned, behind);
+            part.middle = middle(planned, after);
             if !at.at_start {
                 part.from = part.middle;
             }
@@ -220,7 +221,7 @@ where
             most(least(a, most_of_all), STILL * most_of_all)
         };
         Course {
-            behind: part.behind,
+            steps_after: part.steps_after,
             exit_v2,
             top_v2: self.cap(middle),
             up: within(up * per_gain),
@@ -229,29 +230,29 @@ where
         }
     }
 
-    /// The same with a jerk limit: one acceleration for all.
+    /// The limits under a jerk limit: one acceleration for speeding up, braking and stopping.
     fn eased_course(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
-        behind: Option<&PlannedMove<AXES, MOTORS>>,
+        after: Option<&PlannedMove<AXES, MOTORS>>,
         exit_v2: f32,
     ) -> Course {
-        let a = self.eased(planned, behind);
+        let a = self.eased(planned, after);
         Course {
-            behind: 0,
+            steps_after: 0,
             exit_v2,
-            top_v2: self.cap(&middle(planned, behind)),
+            top_v2: self.cap(&middle(planned, after)),
             up: a,
             down: a,
             stop: a,
         }
     }
 
-    /// The acceleration that the highest speeds leave, mm/s².
+    /// The acceleration that is left at the highest speeds of both ends, mm/s².
     fn eased(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
-        behind: Option<&PlannedMove<AXES, MOTORS>>,
+        after: Option<&PlannedMove<AXES, MOTORS>>,
     ) -> f32 {
         let piece = self.piece(planned, planned.length);
         let left = |of: &PlannedMove<AXES, MOTORS>| {
@@ -261,7 +262,7 @@ where
                 least(least_left, piece.left(v2, &of.bend, *rise))
             })
         };
-        let ends = least(left(planned), behind.map_or(f32::INFINITY, left));
+        let ends = least(left(planned), after.map_or(f32::INFINITY, left));
         most(ends, STILL * planned.acceleration)
     }
 
@@ -306,13 +307,13 @@ where
     fn whole_gain(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
-        behind: Option<&PlannedMove<AXES, MOTORS>>,
+        after: Option<&PlannedMove<AXES, MOTORS>>,
         v2: f32,
     ) -> f32 {
         let enough = self.limits.unit.v2(planned.cap);
         let none = [0.0; AXES];
-        let (from, to) = (&planned.bend, behind.map_or(&none, |behind| &behind.bend));
-        let Some([start, end]) = turns(planned, behind) else {
+        let (from, to) = (&planned.bend, after.map_or(&none, |after| &after.bend));
+        let Some([start, end]) = turns(planned, after) else {
             return self.gain_over(planned, planned.length, [to, from], [v2, enough]);
         };
         let mut gain = 0.0;
@@ -330,11 +331,11 @@ where
     fn even_gain(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
-        behind: Option<&PlannedMove<AXES, MOTORS>>,
+        after: Option<&PlannedMove<AXES, MOTORS>>,
     ) -> Option<f32> {
         if self.jerk > 0.0 {
-            Some(self.eased_gain(planned, behind))
-        } else if planned.is_straight() && behind.is_none_or(PlannedMove::is_straight) {
+            Some(self.eased_gain(planned, after))
+        } else if planned.is_straight() && after.is_none_or(PlannedMove::is_straight) {
             Some(2.0 * planned.acceleration * planned.length)
         } else {
             None
@@ -344,9 +345,9 @@ where
     fn eased_gain(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
-        behind: Option<&PlannedMove<AXES, MOTORS>>,
+        after: Option<&PlannedMove<AXES, MOTORS>>,
     ) -> f32 {
-        let acceleration = self.eased(planned, behind);
+        let acceleration = self.eased(planned, after);
         let limits = ramp::Limits {
             acceleration,
             jerk: self.jerk,
@@ -364,9 +365,9 @@ where
 /// the angle `k·h`. That takes half of `h` on each side.
 fn turns<const AXES: usize, const MOTORS: usize>(
     planned: &PlannedMove<AXES, MOTORS>,
-    behind: Option<&PlannedMove<AXES, MOTORS>>,
+    after: Option<&PlannedMove<AXES, MOTORS>>,
 ) -> Option<[f32; 2]> {
-    let [start, end] = [planned.reach, behind.map_or(0.0, |behind| behind.reach)];
+    let [start, end] = [planned.reach, after.map_or(0.0, |after| after.reach)];
     (2.0 * (start + end) < planned.length).then_some([0.5 * start, 0.5 * end])
 }
 
@@ -374,64 +375,61 @@ fn turns<const AXES: usize, const MOTORS: usize>(
 /// divisions stay defined.
 const STILL: f32 = 1e-6;
 
-/// The curvature between the ends of a move: the common part of both turns, each spread over the
-/// move's length. At a corner or a rest the path has no curvature; there the other end tells.
+/// The curvature between the ends of a move: the common part of the curvatures at both ends, each
+/// spread over the move's length. At a corner or a rest the path has no curvature; then only the
+/// other end counts.
 fn middle<const AXES: usize, const MOTORS: usize>(
     planned: &PlannedMove<AXES, MOTORS>,
-    behind: Option<&PlannedMove<AXES, MOTORS>>,
+    after: Option<&PlannedMove<AXES, MOTORS>>,
 ) -> [f32; AXES] {
     let spread = |of: &PlannedMove<AXES, MOTORS>| {
         let share = least(of.reach / planned.length, 1.0);
         of.bend.map(|bend| bend * share)
     };
-    match behind.filter(|behind| !behind.has_corner()) {
-        Some(behind) if planned.has_corner() => spread(behind),
-        Some(behind) => common(&spread(planned), &spread(behind)),
+    match after.filter(|after| !after.has_corner()) {
+        Some(after) if planned.has_corner() => spread(after),
+        Some(after) => common(&spread(planned), &spread(after)),
         None => spread(planned),
     }
 }
 
 impl<K, const AXES: usize, const MOTORS: usize> Braking<AXES, MOTORS>
-    for Ground<'_, K, AXES, MOTORS>
+    for AxisLimits<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
     fn gain(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
-        behind: Option<&PlannedMove<AXES, MOTORS>>,
+        after: Option<&PlannedMove<AXES, MOTORS>>,
         v2: u32,
     ) -> u32 {
         let unit = self.limits.unit;
-        let gain = match self.even_gain(planned, behind) {
+        let gain = match self.even_gain(planned, after) {
             Some(gain) => gain,
-            None => self.whole_gain(planned, behind, unit.v2(v2)),
+            None => self.whole_gain(planned, after, unit.v2(v2)),
         };
         unit.units(gain * GAIN_MARGIN)
     }
 
-    fn ends(
-        &self,
-        planned: &PlannedMove<AXES, MOTORS>,
-        behind: &PlannedMove<AXES, MOTORS>,
-    ) -> Ends {
+    fn ends(&self, planned: &PlannedMove<AXES, MOTORS>, after: &PlannedMove<AXES, MOTORS>) -> Ends {
         let unit = self.limits.unit;
-        if let Some(gain) = self.even_gain(planned, Some(behind)) {
+        if let Some(gain) = self.even_gain(planned, Some(after)) {
             return Ends {
                 top: 0,
                 gains: [unit.units(gain * GAIN_MARGIN); 2],
             };
         }
-        let v2 = least(planned.top_v2(), behind.top_v2());
+        let v2 = least(planned.top_v2(), after.top_v2());
         // Where it ends faster than it may begin, braking bounds nothing.
-        let top = unit.units(v2).min(behind.corner).min(planned.corner);
-        if turns(planned, Some(behind)).is_some() {
-            let gains = [0, top].map(|v2| self.gain(planned, Some(behind), v2));
+        let top = unit.units(v2).min(after.corner).min(planned.corner);
+        if turns(planned, Some(after)).is_some() {
+            let gains = [0, top].map(|v2| self.gain(planned, Some(after), v2));
             return Ends { top, gains };
         }
         let piece = self.piece(planned, planned.length);
         let speeds = [0.0, unit.v2(top)];
-        let bends = [&behind.bend, &planned.bend];
+        let bends = [&after.bend, &planned.bend];
         let [at_rest, at_top] = piece.gains(speeds, bends[0], bends[1], Rise::Backward);
         let at_top = self.best(&piece, bends, [speeds[1], at_top], unit.v2(planned.corner));
         Ends {
