@@ -19,7 +19,7 @@ from curves import borders, chains, machine, narrow
 from program import Program
 
 MOST = 1.005
-NARROW = 1.05
+NARROW = 1.03
 DEVIATIONS = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
 
 

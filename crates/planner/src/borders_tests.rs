@@ -8,7 +8,7 @@
 
 use crate::edges_tests::{Edges, WINDOWS};
 use crate::limits_tests::Cut;
-use crate::reference::to;
+use crate::reference::{to, Rig, RigQueue};
 use crate::{Config, StepsPerMm, NANOS_PER_MM};
 use proptest::prelude::*;
 use proptest::test_runner::{TestCaseError, TestRng, TestRunner};
@@ -94,16 +94,19 @@ impl Lead {
         rounded.map(|[x, y]| Cut::line(to(x, y, 200.0))).collect()
     }
 
-    /// The largest second difference less the rounding, as a share of `a·h²`.
-    fn worst(&self) -> f64 {
-        let config = Config {
+    fn config(&self) -> Config<2> {
+        Config {
             max_rate: [200.0; 2],
             acceleration: [self.acceleration; 2],
             steps_per_mm: [StepsPerMm::from_nanos(self.steps_per_mm * NANOS_PER_MM); 2],
             junction_deviation: self.deviation,
             ..Config::default()
-        };
-        let edges = Edges::of(&self.moves(), config);
+        }
+    }
+
+    /// The largest second difference less the rounding, as a share of `a·h²`.
+    fn worst(&self) -> f64 {
+        let edges = Edges::of(&self.moves(), self.config());
         let scale = self.steps_per_mm as f64;
         let rounded = 4.0 + 4.0 * 0.0005 * scale;
         let acceleration = f64::from(self.acceleration);
@@ -161,4 +164,64 @@ fn a_line_that_becomes_a_curve_keeps_the_acceleration() {
 #[test]
 fn a_curve_of_a_few_steps_keeps_the_acceleration() {
     campaign(narrow());
+}
+
+/// A line, half a circle and a line, against a time that nothing can be shorter than: both lines
+/// with all of the acceleration along them, and the half circle at the highest speed that its axes
+/// allow anywhere.
+#[test]
+fn lines_beside_a_curve_take_no_longer_than_lines() {
+    for heading in [0.3, 0.5236, 0.7854, 1.2] {
+        let lead = Lead {
+            heading,
+            radius: 1.0,
+            sweep: core::f64::consts::PI,
+            piece: 0.1,
+            steps_per_mm: 250,
+            acceleration: 500.0,
+            deviation: 0.01,
+        };
+        let a = f64::from(lead.acceleration);
+        let along = a / heading.cos().max(heading.sin());
+        let fastest = (a * lead.radius * core::f64::consts::SQRT_2).sqrt();
+        let peak = (along * LINE + 0.5 * fastest * fastest).sqrt();
+        let line = (2.0 * peak - fastest) / along;
+        let shortest = 2.0 * line + core::f64::consts::PI * lead.radius / fastest;
+        let moves: Vec<_> = lead.moves().into_iter().map(|cut| cut.of).collect();
+        let seconds = Rig::new(lead.config(), &mut RigQueue::new()).run(&moves);
+        assert!(
+            seconds < 1.08 * shortest,
+            "at {heading}: {seconds} s, {shortest} s"
+        );
+    }
+}
+
+/// A curve of a few steps' radius between two lines. With the greater `$11` an end of one of its
+/// moves leaves no acceleration to brake with, so the move has to end a little slower; it was
+/// braked to a twentieth of the speed.
+#[test]
+fn a_greater_deviation_makes_a_narrow_curve_no_slower() {
+    const ENDS: [[f64; 2]; 9] = [
+        [-6.413, 5.314],
+        [-6.443, 5.354],
+        [-6.453, 5.403],
+        [-6.441, 5.452],
+        [-6.408, 5.49],
+        [-6.362, 5.51],
+        [-6.312, 5.507],
+        [-6.268, 5.483],
+        [-1.619, 1.369],
+    ];
+    let moves = ENDS.map(|[x, y]| to(x, y, 133.0));
+    let [small, great] = [0.02, 0.05].map(|junction_deviation| {
+        let config = Config {
+            max_rate: [2000.0 / 60.0; 2],
+            acceleration: [200.0; 2],
+            steps_per_mm: [StepsPerMm::from_nanos(40 * NANOS_PER_MM); 2],
+            junction_deviation,
+            ..Config::default()
+        };
+        Rig::new(config, &mut RigQueue::new()).run(&moves)
+    });
+    assert!(great <= 1.005 * small, "{great} s, {small} s");
 }

@@ -13,7 +13,8 @@
 use crate::moves::PlannedMove;
 use crate::planner::nominal;
 use crate::real::{least, most, sqrt};
-use crate::space::axis_limits::{AxisLimits, Whereabouts};
+use crate::space::axis_limits::AxisLimits;
+use crate::space::course::Whereabouts;
 use crate::speed::profile::{Place, Plan, Trapezoid};
 use crate::speed::ramp::{self, Limits};
 use crate::{Kinematics, Planner, Segmenter};
@@ -122,7 +123,7 @@ impl<const AXES: usize, const MOTORS: usize> Over<'_, AXES, MOTORS> {
         loop {
             let course = axis_limits.course(self.planned, self.after, at, self.limit_v2);
             let part = Stretch {
-                length: at.to(course.steps_after) / per_mm,
+                length: at.steps_to(course.steps_after) / per_mm,
                 up: course.up,
                 down: course.down,
                 nominal: least(self.nominal, sqrt(course.top_v2)),
@@ -218,6 +219,7 @@ mod tests {
     use crate::reference::{to, Rig, RigQueue};
     use crate::{Config, Overrides};
     use proptest::prelude::*;
+    use std::vec::Vec;
 
     /// The time left.
     fn seconds(rig: &mut Rig<'_>) -> f64 {
@@ -246,6 +248,50 @@ mod tests {
         while rig.step().is_some() {}
         assert!(!rig.planner.add_time(&mut left));
         assert!(left.seconds() < 5.0, "{}", left.seconds());
+    }
+
+    /// A line, a quarter of a circle and a line at 45° to the axes. The lines are run in parts.
+    #[test]
+    fn lines_beside_a_curve_are_timed_as_they_run() {
+        let mut queue = RigQueue::new();
+        let mut rig = Rig::new(
+            Config {
+                max_rate: [100.0; 2],
+                acceleration: [500.0; 2],
+                ..Config::default()
+            },
+            &mut queue,
+        );
+        let side = 20.0 * core::f64::consts::FRAC_1_SQRT_2;
+        let on_circle = |k: u32| {
+            let angle = core::f64::consts::FRAC_PI_2 * (f64::from(k) / 16.0 - 0.5);
+            let [x, y] = [angle.cos(), angle.sin()];
+            let centre = [side - core::f64::consts::FRAC_1_SQRT_2, side];
+            [
+                centre[0] + x,
+                centre[1] + core::f64::consts::FRAC_1_SQRT_2 + y,
+            ]
+        };
+        let end = on_circle(16);
+        rig.planner.push(&to(side, side, 100.0)).unwrap();
+        for [x, y] in (1..=16).map(on_circle) {
+            rig.planner.push(&to(x, y, 100.0)).unwrap();
+        }
+        rig.planner
+            .push(&to(end[0] - side, end[1] + side, 100.0))
+            .unwrap();
+        let hz = f64::from(rig.planner.config().timer_hz);
+        let mut told = Vec::new();
+        loop {
+            told.push((rig.player.now as f64 / hz, seconds(&mut rig)));
+            if rig.step().is_none() {
+                break;
+            }
+        }
+        let all = rig.player.now as f64 / hz;
+        for (at, left) in told {
+            assert!((at + left - all).abs() < 2e-3 * all, "{at} {left} {all}");
+        }
     }
 
     proptest! {

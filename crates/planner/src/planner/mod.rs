@@ -20,7 +20,8 @@ use crate::path::row::Row;
 use crate::path::short::Short;
 use crate::path::Window;
 use crate::real::{least, sqrt};
-use crate::space::axis_limits::{AxisLimits, Course, Whereabouts};
+use crate::space::axis_limits::AxisLimits;
+use crate::space::course::{Course, Whereabouts};
 use crate::{Config, ConfigError, Coordinate, Kinematics, Move, Overrides};
 use backlog::Backlog;
 use core::fmt;
@@ -340,7 +341,7 @@ where
             return true;
         };
         let (a, seconds) = (running.acceleration, self.config.longest_segment);
-        let left = at.to(0) / running.steps_per_mm();
+        let left = at.steps_to(0) / running.steps_per_mm();
         let way = least(left, (sqrt(at.v2) + a * seconds) * seconds);
         let exit_v2 = self.limits.unit.v2(self.queue.exit_limit());
         // v² + 2·a·way > exit² + 2·a·(left − way)

@@ -11,7 +11,7 @@ use crate::Kinematics;
 
 /// The share of the possible braking that the look-ahead counts on. The rest is room for the
 /// rounding of ramps in `f32` (a few 2⁻²⁴), so that no ramp is steeper than allowed.
-const GAIN_MARGIN: f32 = 1.0 - 1.0 / (1 << 20) as f32;
+pub(super) const GAIN_MARGIN: f32 = 1.0 - 1.0 / (1 << 20) as f32;
 
 /// With a jerk limit a ramp has one acceleration: the one that is left at the highest speed. At
 /// that speed a curve may take this share of the acceleration. The share is best for a circle from
@@ -27,88 +27,6 @@ pub(crate) struct AxisLimits<'m, K, const AXES: usize, const MOTORS: usize> {
     pub(crate) jerk: f32,
 }
 
-/// How the running move goes on, for a part of it: squared speeds in mm²/s², accelerations along
-/// the path in mm/s².
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub(crate) struct Course {
-    /// Steps of the dominant motor from the part's end to the move's end.
-    pub(crate) steps_after: u32,
-    /// The highest squared speed at the part's end.
-    pub(crate) exit_v2: f32,
-    /// The highest squared speed on the way.
-    pub(crate) top_v2: f32,
-    pub(crate) up: f32,
-    pub(crate) down: f32,
-    /// The acceleration of a stop that begins at once.
-    pub(crate) stop: f32,
-}
-
-impl Course {
-    /// The course over a straight part, which ends `steps_after` steps before the move does.
-    fn straight<const AXES: usize, const MOTORS: usize>(
-        planned: &PlannedMove<AXES, MOTORS>,
-        steps_after: u32,
-        exit_v2: f32,
-    ) -> Self {
-        let a = planned.acceleration;
-        Self {
-            steps_after,
-            exit_v2,
-            top_v2: f32::INFINITY,
-            up: a,
-            down: a,
-            stop: a,
-        }
-    }
-}
-
-/// The rest of a part of a move over which the path turns.
-struct Part<const AXES: usize> {
-    /// Steps of the dominant motor from its end to the move's end.
-    steps_after: u32,
-    /// mm.
-    length: f32,
-    /// The curvature at its begin, on the way and at its end.
-    from: [f32; AXES],
-    middle: [f32; AXES],
-    to: [f32; AXES],
-    /// The highest squared speed at its end, mm²/s².
-    exit_v2: f32,
-}
-
-/// Where the running move is.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub(crate) struct Whereabouts {
-    /// Its squared speed, mm²/s².
-    pub(crate) v2: f32,
-    /// Steps of the dominant motor that are left of it, with the one under way.
-    pub(crate) steps: u32,
-    /// The part of the step under way that is done, from 0 to below 1.
-    pub(crate) way: f32,
-    /// Whether all of the move is left.
-    pub(crate) at_start: bool,
-}
-
-impl Whereabouts {
-    /// The start of a move.
-    pub(crate) fn start<const AXES: usize, const MOTORS: usize>(
-        planned: &PlannedMove<AXES, MOTORS>,
-        v2: f32,
-    ) -> Self {
-        Self {
-            v2,
-            steps: planned.events(),
-            way: 0.0,
-            at_start: true,
-        }
-    }
-
-    /// Steps to the place that is `steps_after` steps before the move's end.
-    pub(crate) fn to(&self, steps_after: u32) -> f32 {
-        (self.steps - steps_after) as f32 - self.way
-    }
-}
-
 impl<K, const AXES: usize, const MOTORS: usize> AxisLimits<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
@@ -122,7 +40,8 @@ where
         }
     }
 
-    fn piece(&self, planned: &PlannedMove<AXES, MOTORS>, length: f32) -> Piece<AXES> {
+    /// A part of a move, `length` mm long.
+    pub(super) fn piece(&self, planned: &PlannedMove<AXES, MOTORS>, length: f32) -> Piece<AXES> {
         let mut motors_mm = [0.0; MOTORS];
         let scales = planned.delta.into_iter().zip(self.scales.mm_per_step);
         for (mm, (steps, mm_per_step)) in motors_mm.iter_mut().zip(scales) {
@@ -136,120 +55,8 @@ where
         Piece { tangent, length }
     }
 
-    /// How the running move goes on, up to the end of the part that it is in. The move after it is
-    /// `after`, and its end may be passed at `exit_v2` at most.
-    pub(crate) fn course(
-        &self,
-        planned: &PlannedMove<AXES, MOTORS>,
-        after: Option<&PlannedMove<AXES, MOTORS>>,
-        at: Whereabouts,
-        exit_v2: f32,
-    ) -> Course {
-        if self.jerk > 0.0 {
-            return self.eased_course(planned, after, exit_v2);
-        }
-        if planned.is_straight() && after.is_none_or(PlannedMove::is_straight) {
-            return Course::straight(planned, 0, exit_v2);
-        }
-        let (none, per_mm) = ([0.0; AXES], planned.steps_per_mm());
-        let mut part = Part {
-            steps_after: 0,
-            length: at.to(0) / per_mm,
-            from: if at.at_start { planned.bend } else { none },
-            middle: none,
-            to: after.map_or(none, |after| after.bend),
-            exit_v2,
-        };
-        if let Some([start, end]) = turns(planned, after) {
-            let mm = |steps: u32| steps as f32 / per_mm;
-            let [start, end] = [start, end].map(|turn| (turn * per_mm) as u32);
-            if at.steps > end {
-                if end > 0 {
-                    let any = [exit_v2, f32::INFINITY];
-                    let gain = self.gain_over(planned, mm(end), [&part.to, &none], any);
-                    part.exit_v2 += gain * GAIN_MARGIN;
-                }
-                part.steps_after = planned.events() - start;
-                if at.steps <= part.steps_after {
-                    return Course::straight(planned, end, part.exit_v2);
-                }
-                let gain = 2.0 * planned.acceleration * mm(part.steps_after - end);
-                part.exit_v2 += gain * GAIN_MARGIN;
-                part.length = at.to(part.steps_after) / per_mm;
-                part.to = none;
-            }
-        } else {
-            part.middle = middle(planned, after);
-            if !at.at_start {
-                part.from = part.middle;
-            }
-        }
-        self.bent_course(planned, &part, at.v2)
-    }
-
-    /// The course over a part of a move, from the squared speed `v2`.
-    fn bent_course(
-        &self,
-        planned: &PlannedMove<AXES, MOTORS>,
-        part: &Part<AXES>,
-        v2: f32,
-    ) -> Course {
-        let piece = self.piece(planned, part.length);
-        let Part {
-            from, middle, to, ..
-        } = part;
-        let gain = |x, from: &[f32; AXES], to: &[f32; AXES], rise| {
-            let [gain] = piece.gains([x], from, to, rise);
-            gain * GAIN_MARGIN
-        };
-        let reached = v2 + gain(v2, from, to, Rise::Forward);
-        let mut exit_v2 = least(part.exit_v2, reached);
-        let mut needed = gain(exit_v2, to, from, Rise::Backward);
-        if v2 > exit_v2 + needed {
-            // The piece can brake as hard as this only where it ends slower.
-            exit_v2 = least(exit_v2, piece.fastest_end(v2, to, Rise::Backward));
-            needed = gain(exit_v2, to, from, Rise::Backward);
-        }
-        let up = most(gain(v2, from, middle, Rise::Forward), exit_v2 - v2);
-        let down = most(
-            gain(exit_v2, to, middle, Rise::Backward),
-            least(v2 - exit_v2, needed),
-        );
-        let per_gain = 0.5 / piece.length;
-        let within = |a: f32| {
-            let most_of_all = planned.acceleration;
-            most(least(a, most_of_all), STILL * most_of_all)
-        };
-        Course {
-            steps_after: part.steps_after,
-            exit_v2,
-            top_v2: self.cap(middle),
-            up: within(up * per_gain),
-            down: within(down * per_gain),
-            stop: within(piece.left(v2, from, Rise::Backward)),
-        }
-    }
-
-    /// The limits under a jerk limit: one acceleration for speeding up, braking and stopping.
-    fn eased_course(
-        &self,
-        planned: &PlannedMove<AXES, MOTORS>,
-        after: Option<&PlannedMove<AXES, MOTORS>>,
-        exit_v2: f32,
-    ) -> Course {
-        let a = self.eased(planned, after);
-        Course {
-            steps_after: 0,
-            exit_v2,
-            top_v2: self.cap(&middle(planned, after)),
-            up: a,
-            down: a,
-            stop: a,
-        }
-    }
-
     /// The acceleration that is left at the highest speeds of both ends, mm/s².
-    fn eased(
+    pub(super) fn eased(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
         after: Option<&PlannedMove<AXES, MOTORS>>,
@@ -268,8 +75,7 @@ where
 
     /// By how much a piece may begin faster than the squared speed `v2`, at which it ends at most.
     /// The curvatures are those at its end and at its start. That is `gain`, unless the piece may
-    /// begin still faster where it ends slower. A start with the squared speed `enough`
-    /// is enough.
+    /// begin still faster where it ends slower. A start at the squared speed `enough` is enough.
     #[inline(never)] // twice it takes 0.1 KB more of a firmware that is nearly full
     fn best(
         &self,
@@ -289,9 +95,10 @@ where
     }
 
     /// By how much a part of a move may begin faster than the squared speed `v2`, at which it ends
-    /// at most: see [`Self::best`].
-    #[inline(never)] // in four places
-    fn gain_over(
+    /// at most. The curvatures are those at its end and at its start. A start at the squared speed
+    /// `enough` is enough.
+    #[inline(never)] // in four places it would take 0.5 KB more of a firmware
+    pub(super) fn gain_over(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
         length: f32,
@@ -303,7 +110,7 @@ where
         self.best(&piece, bends, [v2, gain], enough)
     }
 
-    /// The same for a whole move.
+    /// By how much a move may begin faster than the squared speed `v2`, at which it ends at most.
     fn whole_gain(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
@@ -313,7 +120,7 @@ where
         let enough = self.limits.unit.v2(planned.cap);
         let none = [0.0; AXES];
         let (from, to) = (&planned.bend, after.map_or(&none, |after| &after.bend));
-        let Some([start, end]) = turns(planned, after) else {
+        let Some([start, end]) = turning_ends(planned, after) else {
             return self.gain_over(planned, planned.length, [to, from], [v2, enough]);
         };
         let mut gain = 0.0;
@@ -363,7 +170,7 @@ where
 /// The lengths at the start and at the end of a move over which the path turns, mm, where it goes
 /// straight on between them. A turn with the curvature `k` that reaches `h` to both sides is one by
 /// the angle `k·h`. That takes half of `h` on each side.
-fn turns<const AXES: usize, const MOTORS: usize>(
+pub(super) fn turning_ends<const AXES: usize, const MOTORS: usize>(
     planned: &PlannedMove<AXES, MOTORS>,
     after: Option<&PlannedMove<AXES, MOTORS>>,
 ) -> Option<[f32; 2]> {
@@ -373,12 +180,12 @@ fn turns<const AXES: usize, const MOTORS: usize>(
 
 /// The share of the acceleration along a move that a ramp keeps where nothing is left, so that
 /// divisions stay defined.
-const STILL: f32 = 1e-6;
+pub(super) const STILL: f32 = 1e-6;
 
 /// The curvature between the ends of a move: the common part of the curvatures at both ends, each
 /// spread over the move's length. At a corner or a rest the path has no curvature; then only the
 /// other end counts.
-fn middle<const AXES: usize, const MOTORS: usize>(
+pub(super) fn middle<const AXES: usize, const MOTORS: usize>(
     planned: &PlannedMove<AXES, MOTORS>,
     after: Option<&PlannedMove<AXES, MOTORS>>,
 ) -> [f32; AXES] {
@@ -423,7 +230,7 @@ where
         let v2 = least(planned.top_v2(), after.top_v2());
         // Where it ends faster than it may begin, braking bounds nothing.
         let top = unit.units(v2).min(after.corner).min(planned.corner);
-        if turns(planned, Some(after)).is_some() {
+        if turning_ends(planned, Some(after)).is_some() {
             let gains = [0, top].map(|v2| self.gain(planned, Some(after), v2));
             return Ends { top, gains };
         }

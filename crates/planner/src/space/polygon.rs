@@ -277,6 +277,30 @@ mod tests {
             }
         }
 
+        /// At the fastest end the other end may be as fast as it was to be; at a faster one it may
+        /// not.
+        #[test]
+        fn no_faster_end_lets_the_other_end_be_as_fast(
+            angle in 0.0..core::f32::consts::TAU, length in 0.01f32..10.0, share in 0.1f32..0.95,
+            bends in prop::array::uniform4(-1.0f32..1.0),
+        ) {
+            let piece = Piece { tangent: [angle.cos(), angle.sin()], length };
+            let [fx, fy, tx, ty] = bends;
+            let (from, to, rise) = ([fx, fy], [tx, ty], Rise::Backward);
+            let there = |x: f32| x + piece.gains([x], &from, &to, rise)[0];
+            let (peak, most) = (piece.peak(&from, &to, rise), cap(&from));
+            if peak.at > 0.95 * most || there(peak.at) < 1.05 * most {
+                return Ok(());
+            }
+            let other = there(peak.at) - share * (there(peak.at) - most);
+            let end = piece.fastest_end(other, &from, rise);
+            if 1.02 * end > most {
+                return Ok(());
+            }
+            prop_assert!(there(end * 0.999) >= other * 0.9999, "{} {}", there(end * 0.999), other);
+            prop_assert!(there(end * 1.01) < other, "{} {}", there(end * 1.01), other);
+        }
+
         /// Computed in `f64` at both ends: no axis exceeds its limit, and one of them reaches it,
         /// or nothing bounds the gain.
         #[test]

@@ -9,7 +9,7 @@ use crate::emit::pixel::Pixel;
 use crate::moves::{MovePower, PlannedMove};
 use crate::planner::Outlook;
 use crate::real::{least, most, sqrt};
-use crate::space::axis_limits::Whereabouts;
+use crate::space::course::Whereabouts;
 use crate::speed::profile::{Place, Plan};
 use crate::{Config, Profile, Trapezoid};
 use core::num::NonZeroU16;
