@@ -5,7 +5,7 @@ use crate::memory::Memory;
 use crate::protocol::system_command::{Restore, STARTUP_LINES};
 use crate::settings::record::{RecordKey, MAX_RECORDS};
 use crate::settings::store::Records;
-use crate::settings::values::{Key, Settings, MAX_AXES};
+use crate::settings::values::{Key, MAX_AXES};
 
 /// All that outlasts power, besides the settings and offsets in force.
 #[derive(Debug, Default)]
@@ -140,7 +140,7 @@ pub(crate) enum Item {
 impl Item {
     /// All that a machine stores, always in the same order.
     fn all<const AXES: usize>() -> impl Iterator<Item = Self> {
-        let settings = Settings::<AXES>::keys().map(Self::Setting);
+        let settings = Key::all(AXES).map(Self::Setting);
         let offsets = OffsetId::ALL.into_iter().map(Self::Offset);
         let lines = (0..STARTUP_LINES).map(Self::Startup);
         settings.chain(offsets).chain(lines).chain([Self::Build])

@@ -11,15 +11,14 @@ use crate::own::Own;
 use crate::plant::Pin;
 use crate::profile::{Belts, Profile};
 use crate::setup::{Memory, Setup};
-use crate::train::Train;
 use leadscrew_machine::board::{CoolantOutput, SpindleOutput, Switches};
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::extension::Extension;
 use leadscrew_machine::settings::store::Condition;
-use leadscrew_machine::settings::values::{Entry, Key, Settings};
+use leadscrew_machine::settings::values::{Entry, Key};
 use leadscrew_machine::state::State;
 use leadscrew_outputs::OutputsConfig;
-use leadscrew_planner::{Coordinate, Kinematics};
+use leadscrew_planner::{Coordinate, Kinematics, Train};
 
 /// The axes of the largest machine that a file can describe.
 pub const MOST_AXES: usize = 6;
@@ -183,8 +182,9 @@ where
 
     fn settings(&self) -> Vec<(Key, String)> {
         let settings = self.machine().settings();
-        let keys = Settings::<AXES>::keys();
-        keys.map(|key| (key, settings.line(key).to_string()))
+        settings
+            .keys()
+            .map(|key| (key, settings.line(key).to_string()))
             .collect()
     }
 

@@ -49,15 +49,13 @@ where
         self.kinematics.axes(&motors)
     }
 
-    /// `steps` with every motor beyond the axes put where the motor of its axis is. Their counts
+    /// `steps` with every second motor put where the motor of its axis is. Their counts
     /// have to be so before a move, since it brings both to the same one.
     pub fn ganged(&self, steps: [i32; MOTORS]) -> [i32; MOTORS] {
         let mut ganged = steps;
-        for (motor, place) in ganged.iter_mut().enumerate().skip(AXES) {
-            *place = steps
-                .get(self.kinematics.axis_of(motor))
-                .copied()
-                .unwrap_or(*place);
+        for (motor, place) in ganged.iter_mut().enumerate() {
+            let own = steps.get(self.kinematics.axis_of(motor));
+            *place = own.copied().unwrap_or(*place);
         }
         ganged
     }

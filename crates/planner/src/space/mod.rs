@@ -5,3 +5,4 @@ pub(crate) mod coordinate;
 pub(crate) mod ground;
 pub(crate) mod kinematics;
 pub(crate) mod polygon;
+pub(crate) mod train;
