@@ -10,6 +10,7 @@ mod extensions;
 mod machine;
 
 use leadscrew_boards::{Board, BOARDS};
+use leadscrew_record::MOTORS;
 use leadscrew_sim::profile::Profile;
 use std::{
     env,
@@ -23,6 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-env-changed=LEADSCREW_BOARD");
     println!("cargo:rerun-if-env-changed=LEADSCREW_MACHINE");
     println!("cargo:rerun-if-env-changed=LEADSCREW_RECORD");
+    println!("cargo:rerun-if-env-changed=LEADSCREW_MOTORS");
     println!("cargo:rustc-check-cfg=cfg(captures, heaters, outputs, record, tool_switches)");
     if env::var("CARGO_CFG_TARGET_OS")? != "none" {
         return Ok(());
@@ -58,18 +60,30 @@ fn write(module: &str, memory: &str) -> Result<(), Box<dyn Error>> {
 }
 
 /// Builds an image that reads its board from a record. Of the board's file only motors, kinematics
-/// and start count.
+/// and start count. With `LEADSCREW_MOTORS` (`cargo fw --record --motors 4`) it has that many
+/// motors, and only the start counts: the record says how they move the axes.
 fn for_record(board: &Board, has_machine: bool) -> Result<(), Box<dyn Error>> {
     if has_machine || !board.captures().is_empty() {
         return Err(
             "a machine's file, and a board that captures its own edges, are compiled in: without --record".into(),
         );
     }
+    let motors = env::var("LEADSCREW_MOTORS").ok();
+    if motors
+        .as_ref()
+        .is_some_and(|motors| *motors != MOTORS.to_string())
+    {
+        return Err(format!("an image whose record moves the axes has --motors {MOTORS}").into());
+    }
     let memory = board
-        .record_memory()
+        .record_memory(motors.is_some())
         .ok_or("the board has no sector for its record, or no room for the program behind it")?;
     println!("cargo:rustc-cfg=record");
-    write(&board.shape_module(), &memory)
+    let module = match &motors {
+        None => board.shape_module(),
+        Some(_) => Board::motors_module(MOTORS),
+    };
+    write(&module, &memory)
 }
 
 /// A machine's file.

@@ -160,7 +160,9 @@ impl Board {
             buttons,
             homing: self.homing_cycles(),
             name: name(&self.name),
-            reserved: [0; 2],
+            rotary: 0,
+            without_switch: 0,
+            reserved: [0; 4],
         }
     }
 

@@ -166,7 +166,7 @@ where
 
     /// A row of `$+`: of GRBL's settings, then of the extension's.
     fn any_setting(&self, row: usize) -> Option<SettingLine> {
-        let own = || self.own_setting(row - self.settings.keys().count());
+        let own = || self.own_setting(row - Key::count(self.settings.axis_count()));
         self.settings
             .any(row)
             .or_else(|| Some(self.own_line(own()?)))
@@ -174,8 +174,9 @@ where
 
     /// A row of `$ES`, in the same order.
     fn setting_info(&self, row: usize) -> Option<SettingInfo> {
-        let Some(key) = self.settings.keys().nth(row) else {
-            let own = self.own_setting(row - self.settings.keys().count())?;
+        let axes = self.settings.axis_count();
+        let Some(key) = Key::at(row, axes) else {
+            let own = self.own_setting(row - Key::count(axes))?;
             return Some(SettingInfo {
                 row: *own,
                 axis: None,

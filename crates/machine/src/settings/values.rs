@@ -15,8 +15,10 @@ const SCALARS: usize = Setting::ALL.len();
 const GROUPS: usize = AxisSetting::ALL.len();
 const ZERO: Number = Number::from_int(0);
 
-/// A setting's number and its value, to be stored and loaded.
+/// A setting's number and its value, to be stored and loaded. Its layout is C's: the value is at
+/// byte 8, in units of 10⁻⁹. A board may have entries in its flash.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(C)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Entry {
     /// The number after the `$`.
@@ -39,12 +41,31 @@ pub enum Key {
 }
 
 impl Key {
+    /// Answers how many settings a machine with `axes` axes has.
+    pub const fn count(axes: usize) -> usize {
+        SCALARS + GROUPS * axes
+    }
+
     /// Answers all settings of a machine with `axes` axes.
     pub fn all(axes: usize) -> impl Iterator<Item = Self> {
-        let machine = Setting::ALL.iter().map(|setting| Self::Machine(*setting));
-        let groups = AxisSetting::ALL.iter();
-        machine
-            .chain(groups.flat_map(move |setting| (0..axes).map(|axis| Self::Axis(*setting, axis))))
+        (0..).map_while(move |place| Self::at(place, axes))
+    }
+
+    /// Answers the setting at a place in [`Key::all`], from 0; `None` beyond the last.
+    pub fn at(place: usize, axes: usize) -> Option<Self> {
+        let Some(place) = place.checked_sub(SCALARS) else {
+            return Setting::ALL.get(place).copied().map(Self::Machine);
+        };
+        let group = AxisSetting::ALL.get(place.checked_div(axes)?)?;
+        Some(Self::Axis(*group, place % axes))
+    }
+
+    /// Answers its place in [`Key::all`].
+    pub(crate) fn place(self, axes: usize) -> usize {
+        match self {
+            Self::Machine(setting) => setting as usize,
+            Self::Axis(setting, axis) => SCALARS + setting as usize * axes + axis,
+        }
     }
 
     /// Finds the setting of a number on a machine with `axes` axes.
@@ -210,7 +231,7 @@ impl<const AXES: usize> Settings<AXES> {
 
     /// Answers all rows, from 0, the machine's before the axes'; `None` beyond the last.
     pub fn any(&self, index: usize) -> Option<SettingLine> {
-        self.keys().nth(index).map(|key| self.line(key))
+        Key::at(index, self.axis_count()).map(|key| self.line(key))
     }
 
     /// Answers all settings that there are.
