@@ -132,18 +132,18 @@ pub(crate) fn own() -> Own {{
     #[must_use]
     pub fn shape_module(&self) -> String {
         let (kind, value) = self.motion();
-        let shape = self.shape(0);
+        let (axes, motors) = (AXES, self.motor.len());
+        let of = self.machine().kinematics;
         format!(
             "use leadscrew_record::{{Image, Shape}};
-pub(crate) const AXES: usize = {};
-pub(crate) const MOTORS: usize = {};
-pub(crate) const IMAGE: Image = Image::As(Shape {{ axes: {}, motors: {}, kinematics: {}, defaults: 0 }});
+pub(crate) const AXES: usize = {axes};
+pub(crate) const MOTORS: usize = {motors};
+pub(crate) const IMAGE: Image = Image::As(Shape {{ axes: {axes}, motors: {motors}, kinematics: {of}, defaults: 0 }});
 pub(crate) type Kinematics = leadscrew_planner::{kind};
 pub(crate) const fn kinematics() -> Kinematics {{
     leadscrew_planner::{value}
 }}
-",
-            shape.axes, shape.motors, shape.axes, shape.motors, shape.kinematics
+"
         )
     }
 
