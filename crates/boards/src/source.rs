@@ -127,41 +127,6 @@ pub(crate) fn own() -> Own {{
         )
     }
 
-    /// The module of an image that reads its board from a record. Only the kinematics, and the
-    /// numbers of axes and motors, are compiled in.
-    #[must_use]
-    pub fn shape_module(&self) -> String {
-        let (kind, value) = self.motion();
-        let (axes, motors) = (AXES, self.motor.len());
-        let of = self.machine().kinematics;
-        format!(
-            "use leadscrew_record::{{Image, Shape}};
-pub(crate) const AXES: usize = {axes};
-pub(crate) const MOTORS: usize = {motors};
-pub(crate) const IMAGE: Image = Image::As(Shape {{ axes: {axes}, motors: {motors}, kinematics: {of}, defaults: 0 }});
-pub(crate) type Kinematics = leadscrew_planner::{kind};
-pub(crate) const fn kinematics() -> Kinematics {{
-    leadscrew_planner::{value}
-}}
-"
-        )
-    }
-
-    /// The module of an image for up to `motors` motors. The record says how they move the axes.
-    #[must_use]
-    pub fn motors_module(motors: usize) -> String {
-        format!(
-            "pub(crate) const AXES: usize = {motors};
-pub(crate) const MOTORS: usize = {motors};
-pub(crate) const IMAGE: leadscrew_record::Image = leadscrew_record::Image::UpTo({motors});
-pub(crate) type Kinematics = leadscrew_planner::Train;
-pub(crate) fn kinematics() -> Kinematics {{
-    super::train()
-}}
-"
-        )
-    }
-
     /// The type and the value of the kinematics, as source text.
     fn motion(&self) -> (String, String) {
         let seconds: Vec<String> = self

@@ -4,7 +4,7 @@ use super::said::say;
 use super::{unusable, Unusable};
 use clap::{Args, Subcommand};
 use leadscrew_boards::{Board, BOARDS};
-use leadscrew_record::{Image, Record, Shape, MAGIC};
+use leadscrew_record::{Image, Record, MAGIC};
 use leadscrew_sim::profile::Profile;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -200,14 +200,8 @@ fn pack(args: &PackArgs) -> Result<bool, Unusable> {
 
 /// How the firmware is built that reads a record.
 fn image_for(record: &[u8]) -> &'static str {
-    let three = Image::As(Shape {
-        axes: 3,
-        motors: 3,
-        kinematics: 0,
-        defaults: 0,
-    });
     let content = Record::read(record).map(|(record, _)| record.content);
-    match content.is_ok_and(|content| three.takes(&content.shape)) {
+    match content.is_ok_and(|content| Image::Three.takes(&content.shape)) {
         true => "cargo fw --record",
         false => "cargo fw --record --motors 4",
     }

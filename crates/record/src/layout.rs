@@ -49,21 +49,20 @@ pub struct Shape {
 /// The machines that an image is for.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Image {
-    /// Those with the axes, the motors and the kinematics of this one.
-    As(Shape),
-    /// Those with three axes or more, and with this many motors or fewer. The record says which
-    /// motors move which axes.
-    UpTo(u8),
+    /// Those with three axes, and a motor for each.
+    Three,
+    /// Those with three or four axes, and with four motors at most. The record says which motors
+    /// move which axes.
+    Four,
 }
 
 impl Image {
-    /// Whether a machine is among them. The number of its settings does not count.
+    /// Whether a machine is among them.
     #[must_use]
-    pub fn takes(&self, shape: &Shape) -> bool {
-        let of = |shape: &Shape| [shape.axes, shape.motors, shape.kinematics];
+    pub fn takes(self, shape: &Shape) -> bool {
         match self {
-            Self::As(one) => of(one) == of(shape),
-            Self::UpTo(most) => shape.is_sound() && shape.axes >= 3 && shape.motors <= *most,
+            Self::Three => [shape.axes, shape.motors, shape.kinematics] == [3, 3, 0],
+            Self::Four => shape.is_sound() && shape.axes >= 3 && shape.motors <= 4,
         }
     }
 }

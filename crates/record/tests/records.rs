@@ -125,27 +125,24 @@ fn a_fault_is_told_by_its_name() {
 
 #[test]
 fn another_machine_or_place_is_refused() {
-    let three = Shape {
-        axes: 3,
-        motors: 3,
-        kinematics: 0,
-        defaults: 7,
-    };
     let mut bytes = [0; SLOT];
     let made = Record::pack(&discovery(), &[], &mut bytes);
     assert!(made.is_some());
     let content = Record::read(&bytes).unwrap().0.content;
-    assert_eq!(content.fits(Image::As(three), 0), Ok(()));
-    assert_eq!(content.fits(Image::As(three), 2), Err(Refusal::Sectors));
-    for other in [
-        Shape { motors: 4, ..three },
-        Shape { axes: 4, ..three },
-        Shape {
-            kinematics: 1,
-            ..three
-        },
-    ] {
-        assert_eq!(content.fits(Image::As(other), 0), Err(Refusal::Shape));
+    for image in [Image::Three, Image::Four] {
+        assert_eq!(content.fits(image, 0), Ok(()));
+        assert_eq!(content.fits(image, 2), Err(Refusal::Sectors));
+    }
+    for (axes, motors, kinematics) in [(3, 4, 3), (4, 4, 0), (3, 3, 1)] {
+        let shape = Shape {
+            axes,
+            motors,
+            kinematics,
+            defaults: 0,
+        };
+        let other = Content { shape, ..content };
+        assert_eq!(other.fits(Image::Three, 0), Err(Refusal::Shape));
+        assert_eq!(other.fits(Image::Four, 0), Ok(()));
     }
 }
 
@@ -153,7 +150,7 @@ fn another_machine_or_place_is_refused() {
 fn an_image_of_four_motors_takes_every_machine_that_they_can_move() {
     let takes = |axes, motors, kinematics| {
         let defaults = 7;
-        Image::UpTo(4).takes(&Shape {
+        Image::Four.takes(&Shape {
             axes,
             motors,
             kinematics,

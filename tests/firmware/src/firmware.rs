@@ -95,6 +95,9 @@ pub(crate) struct Firmware {
     /// Without pins: for boards of three motors that begin where the flash does, for those that
     /// begin behind a bootloader of 32 KiB, and, if built, for those behind one of 48 KiB.
     pub(crate) without_pins: Vec<Build>,
+    /// Without pins, for boards of four motors behind a bootloader of 32 KiB: their records say how
+    /// the motors move the axes.
+    pub(crate) four_motors: Build,
     /// For the machine of `four_axes.toml`, if built.
     pub(crate) four_axes: Option<Build>,
 }
@@ -130,6 +133,7 @@ impl Firmware {
             // The SKR 2 with its fourth driver on an axis of its own instead of Y.
             four_axes: read("four-axes", &DUAL_Y, USUAL_BAUD).ok(),
             without_pins,
+            four_motors: read("record-four", &DUAL_Y, USUAL_BAUD)?,
             machines: [
                 read("machine-file-000", &DISCOVERY_4, USUAL_BAUD)?,
                 read("machine-file-001", &DISCOVERY, USUAL_BAUD)?,
@@ -163,12 +167,17 @@ impl Firmware {
         let start = |build: &&Build| build.wiring.start == wiring.start;
         let build = self.without_pins.iter().find(start);
         let build = build.ok_or_else(|| Failure(format!("no build begins where {name} does")))?;
-        let board = Board::find(name, Path::new("")).map_err(Failure)?;
-        let record = board.record().map_err(|why| Failure(why.to_string()))?;
-        Ok(Build {
-            wiring,
-            ..build.with_record(&record)
-        })
+        with_record_of(build, name, wiring)
+    }
+
+    /// The build without pins for four motors, and the record of a board that comes with the
+    /// firmware in the flash.
+    pub(crate) fn of_four_motors(
+        &self,
+        name: &str,
+        wiring: &'static Wiring,
+    ) -> Result<Build, Failure> {
+        with_record_of(&self.four_motors, name, wiring)
     }
 
     /// The same builds with a fault.
@@ -180,7 +189,9 @@ impl Firmware {
         faulty.others.skr_2.fault = Some(fault);
         faulty.others.dual_y.fault = Some(fault);
         faulty.others.core_xy.fault = Some(fault);
-        for build in faulty.machines.iter_mut().chain(&mut faulty.without_pins) {
+        let without_pins = faulty.without_pins.iter_mut();
+        let without_pins = without_pins.chain([&mut faulty.four_motors]);
+        for build in faulty.machines.iter_mut().chain(without_pins) {
             build.fault = Some(fault);
         }
         let more = faulty.more.iter_mut().map(|(_, build)| build);
@@ -189,4 +200,14 @@ impl Firmware {
         }
         faulty
     }
+}
+
+/// A build without pins, and the record of a board that comes with the firmware in its flash.
+fn with_record_of(build: &Build, name: &str, wiring: &'static Wiring) -> Result<Build, Failure> {
+    let board = Board::find(name, Path::new("")).map_err(Failure)?;
+    let record = board.record().map_err(|why| Failure(why.to_string()))?;
+    Ok(Build {
+        wiring,
+        ..build.with_record(&record)
+    })
 }

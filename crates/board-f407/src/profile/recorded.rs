@@ -16,15 +16,53 @@ use leadscrew_machine::{
     settings::values::Entry,
     step_timing::StepTiming,
 };
-use leadscrew_planner::Train;
 use leadscrew_record::{Content, Motor, PinCode, Record, Refusal};
 
-/// The machines that the image is for: how many motors move which axes.
-mod selected {
-    include!(concat!(env!("OUT_DIR"), "/board.rs"));
+/// An image for four motors: the record says how they move the axes.
+#[cfg(four_motors)]
+mod four {
+    use leadscrew_planner::Train;
+    use leadscrew_record::Image;
+
+    pub(super) const IMAGE: Image = Image::Four;
+    pub(super) const COUNT: usize = 4;
+
+    pub(crate) type Kinematics = Train;
+
+    pub(crate) fn kinematics() -> Kinematics {
+        match super::content().shape.kinematics {
+            0 => Train::Straight,
+            1 => Train::Crossed,
+            second => Train::Ganged(usize::from(second) - 2),
+        }
+    }
 }
 
-pub(crate) use selected::{kinematics, Kinematics, AXES, MOTORS};
+/// An image for three axes, and a motor for each.
+#[cfg(not(four_motors))]
+mod three {
+    use leadscrew_planner::Cartesian;
+    use leadscrew_record::Image;
+
+    pub(super) const IMAGE: Image = Image::Three;
+    pub(super) const COUNT: usize = 3;
+
+    pub(crate) type Kinematics = Cartesian;
+
+    pub(crate) const fn kinematics() -> Kinematics {
+        Cartesian
+    }
+}
+
+#[cfg(four_motors)]
+use four as image;
+#[cfg(not(four_motors))]
+use three as image;
+
+pub(crate) use image::{kinematics, Kinematics};
+
+pub(crate) const AXES: usize = image::COUNT;
+pub(crate) const MOTORS: usize = image::COUNT;
 
 /// The extensions of the machine: none.
 pub(crate) type Own = ();
@@ -61,7 +99,7 @@ fn look_for() -> Result<usize, Refusal> {
 pub(crate) fn check(bytes: &[u8]) -> Result<(), Refusal> {
     let (record, _) = Record::read(bytes)?;
     let start = Sector::at(fast_memory::start());
-    record.content.fits(selected::IMAGE, start.0)
+    record.content.fits(image::IMAGE, start.0)
 }
 
 /// The content of the record in force, or a board without pins. Any context.
@@ -102,16 +140,6 @@ fn defaults() -> &'static [Entry] {
     let place = IN_FORCE.load(Relaxed).checked_sub(1);
     let record = place.and_then(|place| Record::read(fast_memory::record(place.into())).ok());
     record.map_or(&[], |(_, settings)| fast_memory::entries(settings))
-}
-
-/// How motors move axes, where the record says it.
-#[allow(dead_code)] // an image for one kinematics has it compiled in
-fn train() -> Train {
-    match content().shape.kinematics {
-        0 => Train::Straight,
-        1 => Train::Crossed,
-        second => Train::Ganged(usize::from(second) - 2),
-    }
 }
 
 fn pin(code: PinCode) -> Option<Pin> {
