@@ -59,7 +59,6 @@ impl Build {
     pub(crate) fn with_record(&self, record: &[u8]) -> Self {
         Build {
             record: Some(record.into()),
-            timing: StepTiming::F407_RECORD,
             ..self.clone()
         }
     }
@@ -115,6 +114,12 @@ impl Firmware {
     /// Reads the files that `cargo fw-test` has put into a folder.
     pub(crate) fn read(folder: &str) -> Result<Self, Failure> {
         let read = |name, wiring, baud| Build::read(&Path::new(folder).join(name), wiring, baud);
+        let without_pins = |name, wiring, timing| {
+            let build = read(name, wiring, USUAL_BAUD)?;
+            Ok::<_, Failure>(Build { timing, ..build })
+        };
+        let three = StepTiming::F407_RECORD;
+        let four_motors = without_pins("record-four", &DUAL_Y, StepTiming::F407_RECORD_FOUR)?;
         let more = [
             ("octopus", &OCTOPUS),
             ("fly-407zg", &FLY_407ZG),
@@ -122,10 +127,10 @@ impl Firmware {
             ("spider", &SPIDER),
         ];
         let built = |(name, wiring)| Some((name, read(name, wiring, USUAL_BAUD).ok()?));
-        let behind_48 = read("record-behind-48", &ROBIN_NANO_V3, USUAL_BAUD);
+        let behind_48 = without_pins("record-behind-48", &ROBIN_NANO_V3, three);
         let mut without_pins = vec![
-            read("record", &DISCOVERY, USUAL_BAUD)?,
-            read("record-behind", &SKR_2, USUAL_BAUD)?,
+            without_pins("record", &DISCOVERY, three)?,
+            without_pins("record-behind", &SKR_2, three)?,
         ];
         without_pins.extend(behind_48);
         Ok(Firmware {
@@ -133,7 +138,7 @@ impl Firmware {
             // The SKR 2 with its fourth driver on an axis of its own instead of Y.
             four_axes: read("four-axes", &DUAL_Y, USUAL_BAUD).ok(),
             without_pins,
-            four_motors: read("record-four", &DUAL_Y, USUAL_BAUD)?,
+            four_motors,
             machines: [
                 read("machine-file-000", &DISCOVERY_4, USUAL_BAUD)?,
                 read("machine-file-001", &DISCOVERY, USUAL_BAUD)?,

@@ -14,18 +14,19 @@ use core::sync::atomic::{AtomicU8, Ordering::Relaxed};
 use leadscrew_machine::{
     config::{AxisKind, MachineConfig},
     settings::values::Entry,
-    step_timing::StepTiming,
 };
 use leadscrew_record::{Content, Motor, PinCode, Record, Refusal};
 
 /// An image for four motors: the record says how they move the axes.
 #[cfg(four_motors)]
 mod four {
+    use leadscrew_machine::step_timing::StepTiming;
     use leadscrew_planner::Train;
     use leadscrew_record::Image;
 
     pub(super) const IMAGE: Image = Image::Four;
     pub(super) const COUNT: usize = 4;
+    pub(super) const TIMING: StepTiming = StepTiming::F407_RECORD_FOUR;
 
     pub(crate) type Kinematics = Train;
 
@@ -41,11 +42,13 @@ mod four {
 /// An image for three axes, and a motor for each.
 #[cfg(not(four_motors))]
 mod three {
+    use leadscrew_machine::step_timing::StepTiming;
     use leadscrew_planner::Cartesian;
     use leadscrew_record::Image;
 
     pub(super) const IMAGE: Image = Image::Three;
     pub(super) const COUNT: usize = 3;
+    pub(super) const TIMING: StepTiming = StepTiming::F407_RECORD;
 
     pub(crate) type Kinematics = Cartesian;
 
@@ -125,7 +128,7 @@ pub(crate) fn config() -> MachineConfig<AXES> {
     config.defaults = defaults();
     config.homing_cycles = content.homing;
     config.rules.without_switch = content.without_switch;
-    config.step_timing = StepTiming::F407_RECORD;
+    config.step_timing = image::TIMING;
     let [_, _, _, _, door] = buttons();
     config.options.door = door.is_some();
     config.options.mist = output(content.outputs.mist).is_some();

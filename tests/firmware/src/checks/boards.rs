@@ -217,7 +217,7 @@ pub(super) fn ensure_four_axes(build: &Build, profile: &Profile) -> Result<Strin
     let before = format!("$H\n{}", turns.settings);
     compare::to_the_tick(
         &steps,
-        &desk::plan_machine(profile, &before, &turns.program)?,
+        &desk::plan_machine_with(profile, build.timing, &before, &turns.program)?,
     )?;
     ensure_stops(build)?;
     Ok(format!("{} step events to the tick", steps.len()))
