@@ -66,11 +66,11 @@ impl StepTiming {
 
     /// The same with four motors.
     ///
-    /// A line: 702 cycles with the step pins on three ports, and the end of a pulse of 3 µs among
+    /// A line: 710 cycles with the step pins on three ports, and the end of a pulse of 3 µs among
     /// them. A pulse's end: 13 cycles more than with three motors (`cargo fw-test
     /// record-interrupt`). Both are rounded up.
     pub const F407_RECORD_FOUR: Self = Self {
-        line_ns: 4_200,
+        line_ns: 4_300,
         pulse_end_ns: 750,
         ..Self::F407
     };
