@@ -4,7 +4,7 @@
 //! The tests check what does not depend on time: every line that is no status report, in order
 //! (rule 1 of `conformance/compare.py`). `.ci/run conformance` checks all rules.
 
-use leadscrew_sim::replay::{judge, replay, Case, Exchange};
+use leadscrew_sim::replay::{judge, replay, replay_on, Case, Exchange};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -131,6 +131,19 @@ fn every_recorded_conversation_is_held_as_with_grbl() {
         differences.extend(difference.map(|difference| format!("{name}: {difference}")));
     }
     assert!(differences.is_empty(), "\n{}", differences.join("\n"));
+}
+
+/// A machine that is built for four axes and has three answers as one that is built for three, to
+/// the byte.
+#[test]
+fn an_axis_that_is_absent_is_never_heard_of() {
+    let written = cases_in(&folder().join("written"));
+    for (name, case) in cases().into_iter().chain(written) {
+        let (three, four) = (replay(&case).unwrap(), replay_on::<4>(&case).unwrap());
+        for (three, four) in three.exchanges.iter().zip(&four.exchanges) {
+            assert_eq!(three.recv, four.recv, "{name}: {}", three.op);
+        }
+    }
 }
 
 /// All lines that were heard. If the case depends on time, reports keep all fields (state,

@@ -1,7 +1,8 @@
 //! `cargo fw`: builds the firmware with a compiler that can build it, and prints its size. `--board
 //! NAME` builds for another board than the Discovery, `--machine FILE` for the machine of a file.
-//! `--record` builds an image that reads its board from a record. `--run` also flashes the firmware
-//! and shows its log.
+//! `--record` builds an image that reads its board from a record; with `--motors 4` it has four
+//! motors, and the record says how they move the axes. `--run` also flashes the firmware and shows
+//! its log.
 use crate::{
     failure::Failure,
     shell, sizes,
@@ -31,6 +32,8 @@ struct Request {
     machine: Option<String>,
     /// Without pins: it reads its board from a record.
     record: bool,
+    /// The number of motors, where the record says how they move the axes.
+    motors: Option<String>,
     /// Whether to flash the firmware and show its log.
     flashes: bool,
     /// The rest, for `cargo build`.
@@ -46,6 +49,7 @@ impl Request {
                 "--run" => request.flashes = true,
                 "--record" => request.record = true,
                 "--board" => request.board = words.next().cloned(),
+                "--motors" => request.motors = words.next().cloned(),
                 "--machine" => request.machine = words.next().cloned(),
                 other => request.others.push(other.to_owned()),
             }
@@ -54,8 +58,8 @@ impl Request {
     }
 }
 
-/// Builds `board-f407`. The `arguments` go to `cargo build`, except `--run`, `--record`, `--board`
-/// and `--machine`.
+/// Builds `board-f407`. The `arguments` go to `cargo build`, except `--run`, `--record`, `--motors`,
+/// `--board` and `--machine`.
 pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     let request = Request::read(arguments);
     let board = request.board.as_deref().map(place);
@@ -64,6 +68,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
         (BOARD, board.as_deref()),
         (MACHINE, machine.as_deref()),
         (RECORD, request.record.then_some("1")),
+        (MOTORS, request.motors.as_deref()),
     ];
     let variables = variables
         .iter()
@@ -115,6 +120,10 @@ pub(crate) const MACHINE: &str = "LEADSCREW_MACHINE";
 
 /// The variable that asks for an image which reads its board from a record.
 pub(crate) const RECORD: &str = "LEADSCREW_RECORD";
+
+/// The variable that says how many motors such an image has, where the record says how they move
+/// the axes.
+pub(crate) const MOTORS: &str = "LEADSCREW_MOTORS";
 
 /// The file of a machine of `examples/machines`.
 macro_rules! machine {

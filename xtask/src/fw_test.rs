@@ -55,9 +55,13 @@ const SKR_2: Build = build("skr-2", &[(BOARD, "skr-2")]);
 const WITHOUT_PINS: (&str, &str) = (fw::RECORD, "1");
 
 /// The usual build is the last one, so that it stays where `cargo fw` puts it.
-const BUILDS: [Build; 13] = [
+const BUILDS: [Build; 14] = [
     build("record", &[WITHOUT_PINS]),
     build("record-behind", &[WITHOUT_PINS, (BOARD, "skr-2")]),
+    build(
+        "record-four",
+        &[WITHOUT_PINS, (fw::MOTORS, "4"), (BOARD, "skr-2")],
+    ),
     build("machine-file-000", &[machine!("000")]),
     build("machine-file-001", &[machine!("001")]),
     build("machine-file-002", &[machine!("002")]),

@@ -1,4 +1,6 @@
-//! `cargo xtask release`: the files that are released for each board, with their checksums.
+//! `cargo xtask release`: the files that are released for each board, and for boards with a record,
+//! with their checksums. Images without pins are named by the motors that they drive and by their
+//! start: `record-3-08008000`.
 //!
 //! | file | for |
 //! |---|---|
@@ -21,10 +23,24 @@ use std::{
     process::Command,
 };
 
+/// Builds without pins: the name, and the variables that choose motors and start.
+const RECORDS: [(&str, &[(&str, &str)]); 6] = [
+    ("record-3-08000000", &[RECORD]),
+    ("record-3-08008000", &[RECORD, BEHIND_32]),
+    ("record-3-0800c000", &[RECORD, BEHIND_48]),
+    ("record-4-08000000", &[RECORD, FOUR]),
+    ("record-4-08008000", &[RECORD, FOUR, BEHIND_32]),
+    ("record-4-0800c000", &[RECORD, FOUR, BEHIND_48]),
+];
+const RECORD: (&str, &str) = (fw::RECORD, "1");
+const FOUR: (&str, &str) = (fw::MOTORS, "4");
+const BEHIND_32: (&str, &str) = (fw::BOARD, "skr-2");
+const BEHIND_48: (&str, &str) = (fw::BOARD, "robin-nano-v3");
+
 /// The argument that asks for the comparison.
 const TWICE: &str = "--twice";
 
-/// Makes the files of the named boards, or of all boards where none is named. With `--twice` among
+/// Makes the files of the named images, or of all images where none is named. With `--twice` among
 /// the names, compares them with the files of a copy.
 pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     let asked = |word: &&String| word.as_str() == TWICE;
@@ -48,13 +64,15 @@ const FOLDER: &str = "release";
 fn make(names: &[String], folder: &Path) -> Result<Vec<String>, Failure> {
     let toolchain = Toolchain::find()?;
     fs::create_dir_all(folder).map_err(Failure::file(folder))?;
-    if let Some(name) = names.iter().find(|name| !is_board(name)) {
-        return Err(Failure::finding(format!("no board is called {name}")));
+    let images = images();
+    let is_image = |name: &String| images.iter().any(|(one, _)| one == name);
+    if let Some(name) = names.iter().find(|name| !is_image(name)) {
+        return Err(Failure::finding(format!("no image is called {name}")));
     }
     let wanted = |name: &str| names.is_empty() || names.iter().any(|one| one == name);
     let mut files = Vec::new();
-    for (name, _) in BOARDS.iter().filter(|(name, _)| wanted(name)) {
-        let elf = fw::build_with(&toolchain, &[], &[(fw::BOARD, *name)])?;
+    for (name, variables) in images.iter().filter(|(name, _)| wanted(name)) {
+        let elf = fw::build_with(&toolchain, &[], variables)?;
         let (kept, image) = (format!("{name}.elf"), format!("{name}.bin"));
         copy(&["--strip-debug"], &elf, &folder.join(&kept))?;
         copy(
@@ -71,8 +89,14 @@ fn make(names: &[String], folder: &Path) -> Result<Vec<String>, Failure> {
     Ok(files)
 }
 
-fn is_board(name: &str) -> bool {
-    BOARDS.iter().any(|(board, _)| *board == name)
+/// The variables of a build.
+type Variables = Vec<(&'static str, &'static str)>;
+
+/// All images: the name, and the variables of the build.
+fn images() -> Vec<(&'static str, Variables)> {
+    let boards = BOARDS.map(|(name, _)| (name, vec![(fw::BOARD, name)]));
+    let records = RECORDS.map(|(name, variables)| (name, variables.to_vec()));
+    boards.into_iter().chain(records).collect()
 }
 
 /// Makes the files once more, from a copy of the repository's files. Answers the folder with the

@@ -1,10 +1,8 @@
 //! The module of a machine that has a file: its axes, its first settings, its options.
 use crate::extensions::{self, Extension};
 use leadscrew_machine::config::{AxisKind, MachineConfig};
-use leadscrew_sim::{
-    profile::{Belts, Profile},
-    train::Train,
-};
+use leadscrew_planner::Train;
+use leadscrew_sim::profile::{Belts, Profile};
 
 /// The most axes that a file describes. The configuration is made for all of them; the module has
 /// the machine's own.
@@ -18,6 +16,7 @@ pub(crate) fn module(profile: &Profile, extensions: &[Extension]) -> String {
         AxisKind::Linear => "Linear",
         AxisKind::Rotary => "Rotary",
         AxisKind::Extruder => "Extruder",
+        AxisKind::Absent => "Absent",
     });
     let kinds = kinds.map(|kind| format!("leadscrew_machine::config::AxisKind::{kind}"));
     let (kind, value) = kinematics(profile);

@@ -23,7 +23,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-env-changed=LEADSCREW_BOARD");
     println!("cargo:rerun-if-env-changed=LEADSCREW_MACHINE");
     println!("cargo:rerun-if-env-changed=LEADSCREW_RECORD");
-    println!("cargo:rustc-check-cfg=cfg(captures, heaters, outputs, record, tool_switches)");
+    println!("cargo:rerun-if-env-changed=LEADSCREW_MOTORS");
+    println!(
+        "cargo:rustc-check-cfg=cfg(captures, four_motors, heaters, outputs, record, tool_switches)"
+    );
     if env::var("CARGO_CFG_TARGET_OS")? != "none" {
         return Ok(());
     }
@@ -57,19 +60,28 @@ fn write(module: &str, memory: &str) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Builds an image that reads its board from a record. Of the board's file only motors, kinematics
-/// and start count.
+/// Builds an image that reads its board from a record. It has four motors where `LEADSCREW_MOTORS`
+/// asks for them (`cargo fw --record --motors 4`), or where the board's file moves its axes by other
+/// than three motors. Otherwise only the start of the board's file counts.
 fn for_record(board: &Board, has_machine: bool) -> Result<(), Box<dyn Error>> {
     if has_machine || !board.captures().is_empty() {
         return Err(
             "a machine's file, and a board that captures its own edges, are compiled in: without --record".into(),
         );
     }
+    let four = match env::var("LEADSCREW_MOTORS").as_deref() {
+        Err(_) => board.machine().kinematics != 0,
+        Ok("4") => true,
+        Ok(_) => return Err("--motors of an image with a record is 4, or is left out".into()),
+    };
     let memory = board
-        .record_memory()
+        .record_memory(four)
         .ok_or("the board has no sector for its record, or no room for the program behind it")?;
     println!("cargo:rustc-cfg=record");
-    write(&board.shape_module(), &memory)
+    if four {
+        println!("cargo:rustc-cfg=four_motors");
+    }
+    write("", &memory)
 }
 
 /// A machine's file.

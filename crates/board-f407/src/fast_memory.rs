@@ -29,7 +29,11 @@ macro_rules! placed {
 pub(crate) use placed;
 
 #[cfg(record)]
-use leadscrew_record::{SLOT, SLOTS};
+use core::{mem::offset_of, slice};
+#[cfg(record)]
+use leadscrew_machine::settings::values::Entry;
+#[cfg(record)]
+use leadscrew_record::{Setting, FIXED, SLOT, SLOTS};
 
 extern "C" {
     static __vector_table: u32;
@@ -87,6 +91,25 @@ pub(crate) fn record_word(place: usize, word: usize) -> u32 {
     let bytes = record(place).as_ptr().cast::<u32>();
     // SAFETY: within the place; volatile, since a write of the flash changes it unseen.
     unsafe { bytes.add(word % (SLOT / 4)).read_volatile() }
+}
+
+/// The settings in a record as the machine takes them. They lie in the flash in the same layout.
+#[cfg(record)]
+pub(crate) fn entries(settings: &'static [Setting]) -> &'static [Entry] {
+    const {
+        assert!(
+            size_of::<Entry>() == size_of::<Setting>() && FIXED.is_multiple_of(align_of::<Entry>())
+        );
+        assert!(offset_of!(Entry, number) == offset_of!(Setting, number));
+        assert!(offset_of!(Entry, value) == offset_of!(Setting, nanos));
+    }
+    let first = settings.as_ptr().cast::<Entry>();
+    match first.is_aligned() {
+        // SAFETY: aligned; both have a number and a value at the same places, of which any bits are
+        // sound, and the core is little-endian as a record is.
+        true => unsafe { slice::from_raw_parts(first, settings.len()) },
+        false => &[],
+    }
 }
 
 /// Where the image begins.

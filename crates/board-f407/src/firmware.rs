@@ -3,7 +3,7 @@ use crate::{
     board::F407,
     clock::{self, Clock, Source},
     fast_memory,
-    profile::{self, config, kinematics, own, Defaults, Kinematics, Own, AXES, MOTORS, MOVES},
+    profile::{self, config, kinematics, own, Kinematics, Own, AXES, MOTORS, MOVES},
     pwm, restart,
     serial::{self, Listener, Sender, Writer},
     settings_flash::Sectors,
@@ -28,9 +28,9 @@ use stm32f4::stm32f407::RCC;
 /// How long the main loop sleeps at most, in microseconds.
 const LONGEST_SLEEP: Duration = Duration::from_ticks(5_000);
 
-/// Room for bytes to send on USB: 1024, and the place that a ring keeps free. They are sent within
-/// a millisecond.
-type UsbOutgoing = Queue<u8, 1025>;
+/// Room for bytes to send on USB: 512, and the place that a ring keeps free. They are sent within
+/// half a millisecond.
+type UsbOutgoing = Queue<u8, 513>;
 
 type TheMachine = Machine<'static, Kinematics, AXES, MOTORS, Own>;
 
@@ -90,6 +90,9 @@ mod app {
         machine: &'static mut TheMachine,
         listener: Listener,
         usb: Option<&'static mut usb::Port>,
+        // In the core coupled memory, since the moves fill the other.
+        #[allow(unsafe_code)]
+        #[link_section = ".bss.ccm.board"]
         board: F407,
         store: Sectors,
         clock: Clock,
@@ -107,11 +110,10 @@ mod app {
         usb_place: usb::Place = usb::Place::new(),
         #[allow(unsafe_code)] #[link_section = ".bss.ccm.machine"]
         place: MaybeUninit<TheMachine> = MaybeUninit::uninit(),
-        defaults: Defaults = Defaults::new(),
     ])]
     fn init(cx: init::Context) -> (SharedResources, Local) {
         let (device, mut core) = (cx.device, cx.core);
-        let refusal = profile::find(cx.local.defaults);
+        let refusal = profile::find();
         serial::enable(&device.RCC);
         switch_on_clocks(&device.RCC);
         fast_memory::load(&device.SYSCFG, &mut core.SCB);
@@ -139,9 +141,7 @@ mod app {
             inputs: &INPUTS,
             inboxes: inboxes.collect(),
         };
-        let Ok(machine) =
-            Machine::with_extension(config(cx.local.defaults), kinematics(), links, own())
-        else {
+        let Ok(machine) = Machine::with_extension(config(), kinematics(), links, own()) else {
             panic!("nothing can be planned with this profile");
         };
         let machine = cx.local.place.write(machine);

@@ -19,7 +19,7 @@ const SPOILT: [u8; 4] = [0; 4];
 /// loop, at rest: 16 µs a word.
 pub(crate) fn keep(record: &Incoming) -> Result<&'static str, &'static str> {
     let record = record.bytes();
-    if let Err(refusal) = profile::read(record) {
+    if let Err(refusal) = profile::check(record) {
         return Err(refusal.text());
     }
     match write(record) {

@@ -14,8 +14,9 @@
 //! A tick interrupts the end of a pulse, so that edges keep their distance from the schedule;
 //! nothing but a tick does. A tick never comes between the look at TIM11 and the stores that end
 //! its pulse: ticks are at least a pulse and 1 µs apart (`StepTiming`), and the pins are low 0.3 µs
-//! after a pulse's end, 0.6 µs on a board with a record. A pulse that is over while a tick is at
-//! work ends after the tick: 1.3 µs later at most, 3.2 µs where the tick begins a line.
+//! after a pulse's end, 0.6 µs on a board with a record, 0.7 with four motors. A pulse that is over
+//! while a tick is at work ends after the tick: 1.3 µs later at most, 3.2 µs where the tick begins a
+//! line, 3.9 with a record and four motors.
 //!
 //! A table has the words that go to the ports for each set of motors (`wired`, `recorded`). Each
 //! port that has step pins gets one store, one port after the other. A board with all step pins on

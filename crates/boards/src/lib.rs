@@ -18,8 +18,9 @@ pub use check::Finding;
 pub use chip::Chip;
 pub use fit::{Needs, Socket, Unfit};
 pub use flash::Sector;
+pub use leadscrew_record::MOTORS as RECORDED_MOTORS;
 pub use pin::{Pin, UnknownPin};
-pub use record::TooLong;
+pub use record::{Machine, TooLong};
 
 /// The boards that come with the firmware: the name that `cargo fw --board` takes, and the file's
 /// text.

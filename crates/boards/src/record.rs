@@ -2,7 +2,7 @@
 use crate::{
     check::number_of,
     flash::{Sector, BEGIN},
-    Axis, Board, Closes, Input, Kinematics, Level, Output, Pin,
+    Axis, Board, Closes, Input, Kinematics, Level, MotorSocket, Output, Pin,
 };
 use leadscrew_record::{
     Content, Motor, Outputs, PinCode, Power, Record, SafeTable, Serial, Setting, Shape, ENABLES,
@@ -16,13 +16,30 @@ pub(crate) const AXES: u8 = 3;
 /// The order of homing where a board's file does not say: Grbl's.
 const GRBL_HOMING: [u8; 4] = [0b100, 0b011, 0, 0];
 
+/// A machine, as far as a record describes it besides its pins.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Machine {
+    /// The number of its axes, 3 or 4.
+    pub axes: u8,
+    /// 0: each axis has one motor; 1: crossed belts; 2 + n: axis n has two motors.
+    pub kinematics: u8,
+    /// The axes that turn, a bit each.
+    pub rotary: u8,
+    /// The axes without a switch, a bit each: `$H` takes them to their zero.
+    pub without_switch: u8,
+    /// The homing cycles in their order; each is a mask of the axes that home together.
+    pub homing: [u8; 4],
+    /// Settings that a new machine has instead of Grbl's: numbers, and values in units of 10⁻⁹.
+    pub settings: Vec<(u16, i64)>,
+}
+
 /// The error of a board with more settings or enable pins than a record has room for.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct TooLong;
 
 impl fmt::Display for TooLong {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("`defaults` or `enable` are too many for a board's record")
+        f.write_str("the settings or the pins of `enable` are too many for a record")
     }
 }
 
@@ -60,12 +77,18 @@ impl Board {
     /// # Errors
     /// The board has more settings or enable pins than a record has room for.
     pub fn record(&self) -> Result<Vec<u8>, TooLong> {
-        let settings = self.defaults.iter().filter_map(|(name, value)| {
-            Some(Setting {
-                number: number_of(name)?.into(),
-                reserved: [0; 6],
-                nanos: (i64::from(*value) * 1_000_000_000).into(),
-            })
+        self.bare().record_for(&self.machine())
+    }
+
+    /// The record of a board that is fitted to a machine ([`Board::fitted`]).
+    ///
+    /// # Errors
+    /// The board has more enable pins, or the machine more settings, than a record has room for.
+    pub fn record_for(&self, machine: &Machine) -> Result<Vec<u8>, TooLong> {
+        let settings = machine.settings.iter().map(|(number, nanos)| Setting {
+            number: (*number).into(),
+            reserved: [0; 6],
+            nanos: (*nanos).into(),
         });
         let settings: Vec<Setting> = settings.collect();
         let count = u8::try_from(settings.len()).map_err(|_| TooLong)?;
@@ -73,7 +96,7 @@ impl Board {
             return Err(TooLong);
         }
         let mut bytes = [0; SLOT];
-        let content = self.content(count);
+        let content = self.content(machine, count);
         let length = Record::pack(&content, &settings, &mut bytes).ok_or(TooLong)?;
         Ok(bytes[..length].to_vec())
     }
@@ -97,21 +120,35 @@ impl Board {
         parts.chain(std::iter::once("$B=".to_owned())).collect()
     }
 
-    /// The build of the firmware that the record is for; `defaults` is the number of its settings.
+    /// The machine of a board without a machine's file.
     #[must_use]
-    pub fn shape(&self, defaults: u8) -> Shape {
+    pub fn machine(&self) -> Machine {
         let second = self.motor.get(usize::from(AXES)).map(|motor| motor.axis);
-        let kinematics = match (self.kinematics, second) {
-            (Kinematics::CoreXy, _) => 1,
-            (Kinematics::Cartesian, None) => 0,
-            (Kinematics::Cartesian, Some(axis)) => 2 + axis as u8,
-        };
-        Shape {
+        let settings = self.defaults.iter().filter_map(|(name, value)| {
+            Some((number_of(name)?, i64::from(*value) * 1_000_000_000))
+        });
+        Machine {
             axes: AXES,
-            motors: self.motor.len() as u8, // 4 at most
-            kinematics,
-            defaults,
+            kinematics: match (self.kinematics, second) {
+                (Kinematics::CoreXy, _) => 1,
+                (Kinematics::Cartesian, None) => 0,
+                (Kinematics::Cartesian, Some(axis)) => 2 + axis as u8,
+            },
+            rotary: 0,
+            without_switch: 0,
+            homing: self.homing_cycles(),
+            settings: settings.collect(),
         }
+    }
+
+    /// All motors: those of the axes, and the one in the socket that the machine uses.
+    fn motors(&self) -> impl Iterator<Item = MotorSocket> + '_ {
+        let own = self.motor.iter().map(|motor| MotorSocket {
+            step: motor.step,
+            direction: motor.direction,
+            limit: motor.limit,
+        });
+        own.chain(self.sockets.motor)
     }
 
     /// Axes that home together, a bit each.
@@ -123,8 +160,8 @@ impl Board {
         [0; 4].map(|_| masks.next().unwrap_or(0))
     }
 
-    fn content(&self, defaults: u8) -> Content {
-        let mut motors = self.motor.iter().map(|motor| Motor {
+    fn content(&self, machine: &Machine, defaults: u8) -> Content {
+        let mut motors = self.motors().map(|motor| Motor {
             step: pin(motor.step),
             direction: pin(motor.direction),
             limit: input(motor.limit),
@@ -136,7 +173,12 @@ impl Board {
             crystal_hz: self.crystal.into(),
             power_hz: power.frequency.into(),
             safe: self.safe(),
-            shape: self.shape(defaults),
+            shape: Shape {
+                axes: machine.axes,
+                motors: self.motors().count() as u8, // 4 at most
+                kinematics: machine.kinematics,
+                defaults,
+            },
             settings: self.settings,
             serial: Serial {
                 usart: serial.usart,
@@ -158,9 +200,11 @@ impl Board {
                 mist: output(outputs.mist),
             },
             buttons,
-            homing: self.homing_cycles(),
+            homing: machine.homing,
             name: name(&self.name),
-            reserved: [0; 2],
+            rotary: machine.rotary,
+            without_switch: machine.without_switch,
+            reserved: [0; 4],
         }
     }
 
@@ -168,7 +212,7 @@ impl Board {
     /// first.
     fn safe(&self) -> SafeTable {
         let low = |pin: Pin| (pin, false);
-        let motors = self.motor.iter().flat_map(|one| [one.step, one.direction]);
+        let motors = self.motors().flat_map(|one| [one.step, one.direction]);
         let high = self.outputs.high.iter().map(|pin| (*pin, true));
         let switched = self.switched().map(|(_, output)| output);
         let all = std::iter::once(low(self.power.pin))

@@ -127,25 +127,6 @@ pub(crate) fn own() -> Own {{
         )
     }
 
-    /// The module of an image that reads its board from a record. Only the kinematics, and the
-    /// numbers of axes and motors, are compiled in.
-    #[must_use]
-    pub fn shape_module(&self) -> String {
-        let (kind, value) = self.motion();
-        let shape = self.shape(0);
-        format!(
-            "pub(crate) const AXES: usize = {};
-pub(crate) const MOTORS: usize = {};
-pub(crate) const KINEMATICS: u8 = {};
-pub(crate) type Kinematics = leadscrew_planner::{kind};
-pub(crate) const fn kinematics() -> Kinematics {{
-    leadscrew_planner::{value}
-}}
-",
-            shape.axes, shape.motors, shape.kinematics
-        )
-    }
-
     /// The type and the value of the kinematics, as source text.
     fn motion(&self) -> (String, String) {
         let seconds: Vec<String> = self
@@ -205,14 +186,15 @@ pub(crate) const fn kinematics() -> Kinematics {{
                 format!("{words}\n_stext = ORIGIN(FLASH) + {offset:#X};\n"),
             )
         };
-        script(self.start, length, CODE_KIB, &text)
+        script(self.start, length, CODE, &text)
     }
 
     /// The linker's memory map of an image that reads its board from a record. The record's sector
-    /// is in front of the code. The map is the same for all boards with the same `start`. `None`
-    /// where the board has no room for such an image.
+    /// is in front of the code. The map is the same for all boards with the same `start`. An image
+    /// of four motors has less room for the step interrupts' code, since its moves take more.
+    /// `None` where the board has no room for such an image.
     #[must_use]
-    pub fn record_memory(&self) -> Option<String> {
+    pub fn record_memory(&self, has_four_motors: bool) -> Option<String> {
         let sector = self
             .record_sector()
             .filter(|_| self.has_room_for_record())?;
@@ -227,16 +209,19 @@ _stext = {:#010X};
         Some(script(
             self.start,
             sector.end() + leadscrew_record::PROGRAM - self.start,
-            RECORD_CODE_KIB,
+            match has_four_motors {
+                true => FOUR_MOTORS_CODE,
+                false => RECORD_CODE,
+            },
             &text,
         ))
     }
 }
 
-/// The script for a flash of `length` bytes from `start` on, with `code_kib` KiB for the step
+/// The script for a flash of `length` bytes from `start` on, with `code` bytes for the step
 /// interrupts' code.
-fn script(start: u32, length: u32, code_kib: u32, text: &str) -> String {
-    let ram = ram(code_kib);
+fn script(start: u32, length: u32, code: u32, text: &str) -> String {
+    let ram = ram(code);
     format!(
         "MEMORY
 {{
@@ -248,23 +233,24 @@ fn script(start: u32, length: u32, code_kib: u32, text: &str) -> String {
 }
 
 /// SRAM and core coupled memory, as every F407 has them (data sheet DocID022152 section 2.2). Code
-/// takes the first KiB of SRAM1.
-fn ram(code_kib: u32) -> String {
+/// takes the first bytes of SRAM1.
+fn ram(code: u32) -> String {
     format!(
-        "  /* The first {code_kib} KiB of SRAM1, as the core fetches them once SRAM1 is at 0. */
-  CODE     : ORIGIN = 0x00000000, LENGTH = {code_kib}K
-  RAM      : ORIGIN = {:#010X}, LENGTH = {}K
+        "  /* The first bytes of SRAM1, as the core fetches them once SRAM1 is at 0. */
+  CODE     : ORIGIN = 0x00000000, LENGTH = {code}
+  RAM      : ORIGIN = {:#010X}, LENGTH = {}
   CCM      : ORIGIN = 0x10000000, LENGTH = 16K
   CCM_DATA : ORIGIN = 0x10004000, LENGTH = 48K
 ",
-        0x2000_0000 + (code_kib << 10),
-        128 - code_kib,
+        0x2000_0000 + code,
+        (128 << 10) - code,
     )
 }
 
-/// KiB for the step interrupts' code. It is longer where it reads the pins from tables.
-const CODE_KIB: u32 = 4;
-const RECORD_CODE_KIB: u32 = 5;
+/// Bytes for the step interrupts' code. It is longer where it reads the pins from tables.
+const CODE: u32 = 4096;
+const RECORD_CODE: u32 = 5120;
+const FOUR_MOTORS_CODE: u32 = 4608;
 
 const STACK: &str =
     "/* The stack grows down to the begin of the core coupled memory: below it there is nothing, so that an overflow is a fault

@@ -4,7 +4,8 @@ use super::said::say;
 use super::{unusable, Unusable};
 use clap::{Args, Subcommand};
 use leadscrew_boards::{Board, BOARDS};
-use leadscrew_record::MAGIC;
+use leadscrew_record::{Image, Record, MAGIC};
+use leadscrew_sim::profile::Profile;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -36,6 +37,9 @@ pub(super) struct PackArgs {
     /// A board's file, or the name of one that comes with the firmware.
     #[arg(value_name = "BOARD")]
     board: String,
+    /// Make the record for the machine of this file, which may have a fourth motor.
+    #[arg(long, value_name = "FILE")]
+    machine: Option<PathBuf>,
     /// Put the record into this image (`NAME.bin`), so that one file is flashed.
     #[arg(long, value_name = "IMAGE")]
     into: Option<PathBuf>,
@@ -166,13 +170,14 @@ fn pack(args: &PackArgs) -> Result<bool, Unusable> {
             args.board
         ))
     })?;
-    let record = board.record().map_err(unusable)?;
+    let record = record(&board, args.machine.as_deref())?;
     if args.lines {
         let lines = Board::record_lines(&record);
         super::machine::write_new(&args.output, lines.join("\n") + "\n")?;
         let (count, file) = (lines.len(), args.output.display());
         say(format!(
-            "{file}: {count} lines, to be sent to a firmware of `cargo fw --record`"
+            "{file}: {count} lines, to be sent to a firmware of `{}`",
+            image_for(&record)
         ))?;
         return Ok(true);
     }
@@ -187,9 +192,35 @@ fn pack(args: &PackArgs) -> Result<bool, Unusable> {
     };
     let (length, file) = (record.len(), args.output.display());
     say(format!(
-        "{file}: a record of {length} bytes, to be flashed at {begin:#010x}, for a firmware of `cargo fw --record`"
+        "{file}: a record of {length} bytes, to be flashed at {begin:#010x}, for a firmware of `{}`",
+        image_for(&record)
     ))?;
     Ok(true)
+}
+
+/// How the firmware is built that reads a record.
+fn image_for(record: &[u8]) -> &'static str {
+    let content = Record::read(record).map(|(record, _)| record.content);
+    match content.is_ok_and(|content| Image::Three.takes(&content.shape)) {
+        true => "cargo fw --record",
+        false => "cargo fw --record --motors 4",
+    }
+}
+
+/// The record of a board, for the machine of a file if there is one.
+fn record(board: &Board, machine: Option<&Path>) -> Result<Vec<u8>, Unusable> {
+    let Some(file) = machine else {
+        return board.record().map_err(unusable);
+    };
+    let profile = Profile::load(file).map_err(unusable)?;
+    let named = |why: String| unusable(format!("{}: {why}", file.display()));
+    let machine = profile.recorded().map_err(|why| named(why.to_string()))?;
+    let fitted = profile
+        .fitted(board)
+        .map_err(|why| named(why.to_string()))?;
+    fitted
+        .record_for(&machine)
+        .map_err(|why| named(why.to_string()))
 }
 
 /// An image with the record at `offset`, where it has nothing, or another record.

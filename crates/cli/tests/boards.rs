@@ -103,6 +103,67 @@ fn a_machine_s_pins_are_those_of_its_board() {
 }
 
 #[test]
+fn a_record_has_the_machine_of_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (machine, output) = (path("machine.toml"), path("record.bin"));
+    let pack = |board_name: &str, text: &str| {
+        fs::write(&machine, text).unwrap();
+        let _ = fs::remove_file(&output);
+        board(&["pack", board_name, "--machine", &machine, "-o", &output])
+    };
+    let turning = "[homing]\non = true\norder = [\"z\", \"xy\"]\n[axes.x]\nsteps_per_mm = 12.5\n\
+        [axes.a]\nrotary = true\nhome = \"zero\"\n";
+    let packed = pack("skr-2", turning);
+    let said = text(&packed.stdout);
+    assert!(said.contains("`cargo fw --record --motors 4`"), "{said}");
+    let record = fs::read(&output).unwrap();
+    let (record, settings) = leadscrew_record::Record::read(&record).unwrap();
+    let content = &record.content;
+    assert_eq!((content.shape.axes, content.shape.motors), (4, 4));
+    assert_eq!((content.rotary, content.without_switch), (0b1000, 0b1000));
+    assert_eq!(content.homing, [0b1100, 0b0011, 0, 0]);
+    // PD15 and PD14, the socket of the SKR 2's fourth motor, are safe from the start, too.
+    let motor = &content.motors[3];
+    assert_eq!(
+        (motor.step.pin(), motor.direction.pin()),
+        (Some((3, 15)), Some((3, 14)))
+    );
+    let d = content
+        .safe
+        .ports()
+        .iter()
+        .find(|port| port.port.get() == 3);
+    assert_eq!(d.unwrap().pins.get() >> 14, 0b11);
+    let scale = settings.iter().find(|setting| setting.number.get() == 100);
+    assert_eq!(scale.unwrap().nanos.get(), 12_500_000_000);
+
+    let ganged = pack("skr-2", "[second_motor]\naxis = \"y\"\nstart = 0\n");
+    assert!(ganged.status.success(), "{}", text(&ganged.stderr));
+    let record = fs::read(&output).unwrap();
+    let content = &leadscrew_record::Record::read(&record).unwrap().0.content;
+    assert_eq!((content.shape.axes, content.shape.kinematics), (3, 3));
+
+    for (board_name, text_of_it, why) in [
+        ("skr-2", "[axes.e]\n", "axes.e"),
+        ("skr-2", "[axes.a]\n[axes.b]\n", "a fifth motor"),
+        ("skr-2", "look_ahead = 15\n", "look_ahead"),
+        ("skr-2", "[options]\nparking = true\n", "options"),
+        (
+            "skr-2",
+            "[axes.x]\nstops = \"homing\"\n",
+            "`stops` of an axis",
+        ),
+        ("octopus", "[axes.a]\n", "the board drives 3"),
+    ] {
+        let refused = pack(board_name, text_of_it);
+        assert_eq!(refused.status.code(), Some(2));
+        let said = text(&refused.stderr);
+        assert!(said.contains(why), "{why}: {said}");
+    }
+}
+
+#[test]
 fn a_record_is_packed_alone_or_into_an_image() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
@@ -110,7 +171,7 @@ fn a_record_is_packed_alone_or_into_an_image() {
     let packed = board(&["pack", "skr-2", "-o", &alone]);
     let said = text(&packed.stdout);
     assert!(
-        said.contains("188 bytes, to be flashed at 0x0800c000"),
+        said.contains("192 bytes, to be flashed at 0x0800c000"),
         "{said}"
     );
     let record = fs::read(&alone).unwrap();

@@ -19,6 +19,7 @@ const TWOS: u32 = 9;
 /// negative.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(transparent)]
 pub struct Number(i64);
 
 impl Number {

@@ -107,7 +107,7 @@ fn as_defaults(settings: &Settings<MOST_AXES>, axes: usize) -> &'static [Entry] 
         number: key.number(),
         value: settings.get(key),
     };
-    let keys = Settings::<MOST_AXES>::keys().filter(of_machine);
+    let keys = Key::all(MOST_AXES).filter(of_machine);
     let entries: Vec<Entry> = keys.map(entry).collect();
     entries.leak()
 }

@@ -67,6 +67,7 @@ where
             probe_invert: self.settings.is_on(Setting::ProbeInvert),
             hard_limits: self.settings.is_on(Setting::HardLimits),
             door: self.config.options.door,
+            absent: self.switches.absent,
         }
     }
 }

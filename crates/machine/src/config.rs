@@ -83,9 +83,25 @@ pub enum AxisKind {
     /// Filament of a printer, in millimetres. Its word is E, whatever the number of the axis. Only
     /// an axis beyond the first three may be one.
     Extruder,
+    /// No axis: it has no word, no setting, and no place in reports. Only axes beyond the first
+    /// three may be absent, and the axes behind an absent one are absent, too. So a machine that is
+    /// built for four axes answers as one that is built for three.
+    Absent,
 }
 
-/// Axes that are never an extruder: X, Y, Z. A machine without further axes is built without E.
+impl AxisKind {
+    /// How many axes there are.
+    pub(crate) fn count<const AXES: usize>(axes: &[Self; AXES]) -> usize {
+        if AXES <= WITHOUT_EXTRUDER {
+            return AXES;
+        }
+        let first = axes.iter().position(|kind| *kind == Self::Absent);
+        first.map_or(AXES, |absent| absent.max(WITHOUT_EXTRUDER))
+    }
+}
+
+/// Axes that are always there, and never an extruder: X, Y, Z. A machine without further axes is
+/// built without E, and does not count its axes.
 pub(crate) const WITHOUT_EXTRUDER: usize = 3;
 
 /// The axis of the extruder, if there is one.
@@ -240,7 +256,7 @@ impl SwitchRules {
 /// A machine's build: the properties that no setting changes.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct MachineConfig<const AXES: usize> {
-    /// Linear and rotary axes.
+    /// The kind of each axis.
     pub axes: [AxisKind; AXES],
     /// Counts of the step timer a second.
     pub timer_hz: u32,

@@ -17,6 +17,7 @@
 //! is needed, which a Cortex-M0 lacks.
 
 use crate::board::Switches;
+use crate::config::WITHOUT_EXTRUDER;
 use core::sync::atomic::{AtomicBool, AtomicI32, AtomicU8, Ordering};
 use leadscrew_stepper::{MotorMask, Shared};
 
@@ -44,6 +45,8 @@ pub struct InputConfig {
     pub hard_limits: bool,
     /// Whether there is a safety door switch.
     pub door: bool,
+    /// Motors of axes that are absent: they have no limit switch, whichever level is active.
+    pub absent: MotorMask,
 }
 
 /// Words shared by the switch interrupts and the main loop.
@@ -54,6 +57,8 @@ pub struct Inputs<const MOTORS: usize> {
     probe_invert: AtomicBool,
     hard_limits: AtomicBool,
     door_present: AtomicBool,
+    /// Motors of axes that are absent.
+    absent: AtomicU8,
     /// Motors whose limit switch stops nothing now.
     ignored: AtomicU8,
     homing: AtomicU8,
@@ -147,6 +152,7 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
             probe_invert: AtomicBool::new(false),
             hard_limits: AtomicBool::new(false),
             door_present: AtomicBool::new(false),
+            absent: AtomicU8::new(0),
             ignored: AtomicU8::new(0),
             homing: AtomicU8::new(0),
             sharing: AtomicU8::new(0),
@@ -196,7 +202,7 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
 
     /// The switches that are active. Any context.
     pub fn active(&self, switches: &Switches) -> ActiveSwitches {
-        let here = MotorMask::from_bits(((1u16 << MOTORS.min(8)) - 1) as u8);
+        let here = self.motors();
         let invert = self.limits_invert.load(Ordering::Relaxed);
         let high = MotorMask::from_bits(switches.limits.bits() & here.bits());
         ActiveSwitches {
@@ -209,6 +215,16 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
         }
     }
 
+    /// The motors that are there.
+    #[inline]
+    fn motors(&self) -> MotorMask {
+        let all = MotorMask::from_bits(((1u16 << MOTORS.min(8)) - 1) as u8);
+        if MOTORS <= WITHOUT_EXTRUDER {
+            return all;
+        }
+        all.without(MotorMask::from_bits(self.absent.load(Ordering::Relaxed)))
+    }
+
     /// Puts settings into effect. Main loop.
     pub fn configure(&self, config: &InputConfig) {
         self.limits_invert
@@ -216,6 +232,7 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
         self.probe_invert
             .store(config.probe_invert, Ordering::Relaxed);
         self.door_present.store(config.door, Ordering::Relaxed);
+        self.absent.store(config.absent.bits(), Ordering::Relaxed);
         self.hard_limits
             .store(config.hard_limits, Ordering::Release);
     }
@@ -457,6 +474,25 @@ mod tests {
         inputs.on_switches(&CLOSED_X, &shared);
         assert_eq!(shared.motor_lock(), MotorMask::only(0));
         assert!(!shared.is_stopped());
+    }
+
+    #[test]
+    fn a_motor_that_is_absent_has_no_switch_whichever_level_is_active() {
+        let inputs = Inputs::<4>::new();
+        for (limits_invert, closed) in [(true, Switches::OPEN.limits), (false, MotorMask::NONE)] {
+            for (absent, limits) in [(MotorMask::only(3), 0b0111), (MotorMask::NONE, 0b1111)] {
+                inputs.configure(&InputConfig {
+                    limits_invert,
+                    absent,
+                    ..InputConfig::default()
+                });
+                let switches = Switches {
+                    limits: closed,
+                    ..Switches::OPEN
+                };
+                assert_eq!(inputs.active(&switches).limits.bits(), limits);
+            }
+        }
     }
 
     #[test]

@@ -15,7 +15,7 @@ use crate::protocol::status::Status;
 use crate::protocol::system_command::{Enumeration, STARTUP_LINES};
 use crate::settings::group::Group;
 use crate::settings::table::Setting;
-use crate::settings::values::{Key, SettingLine, Settings};
+use crate::settings::values::{Key, SettingLine};
 use leadscrew_gcode::Number;
 use leadscrew_planner::{Coordinate, Kinematics};
 
@@ -166,7 +166,7 @@ where
 
     /// A row of `$+`: of GRBL's settings, then of the extension's.
     fn any_setting(&self, row: usize) -> Option<SettingLine> {
-        let own = || self.own_setting(row - Settings::<AXES>::keys().count());
+        let own = || self.own_setting(row - Key::count(self.settings.axis_count()));
         self.settings
             .any(row)
             .or_else(|| Some(self.own_line(own()?)))
@@ -174,8 +174,9 @@ where
 
     /// A row of `$ES`, in the same order.
     fn setting_info(&self, row: usize) -> Option<SettingInfo> {
-        let Some(key) = Settings::<AXES>::keys().nth(row) else {
-            let own = self.own_setting(row - Settings::<AXES>::keys().count())?;
+        let axes = self.settings.axis_count();
+        let Some(key) = Key::at(row, axes) else {
+            let own = self.own_setting(row - Key::count(axes))?;
             return Some(SettingInfo {
                 row: *own,
                 axis: None,

@@ -4,10 +4,10 @@ use crate::activity::door_cycle::DoorCycle;
 use crate::activity::switch_cycle::SwitchCycle;
 use crate::activity::Activity;
 use crate::board::{Board, Duration, Instant};
-use crate::config::{MachineConfig, MoveQueues, SegmentSender, CHANNELS};
+use crate::config::{AxisKind, MachineConfig, MoveQueues, SegmentSender, CHANNELS};
 pub use crate::console::LineFault;
 use crate::console::{Console, LINE};
-use crate::dual::DualAxis;
+use crate::dual::{self, DualAxis};
 use crate::extension::Extension;
 use crate::history::History;
 use crate::inputs::Inputs;
@@ -119,9 +119,11 @@ where
         extension: X,
     ) -> Result<Self, ConfigError> {
         config.moves = config.moves.min(MOVES);
-        let settings = Settings::new(config.defaults);
+        let count = AxisKind::count(&config.axes);
+        let settings = Settings::of_axes(count, config.defaults);
         let planner = planner_config(&settings, &config, MOTORS);
         let dual = DualAxis::of(&kinematics);
+        let absent = dual::absent(&kinematics, count);
         let motion = Motion::new(
             planner,
             kinematics,
@@ -137,7 +139,7 @@ where
             activity: Activity::new(),
             motion,
             tool: Tool::new(spindle_scale(&settings), settings.is_on(Setting::Laser)),
-            switches: SwitchWatch::new(links.inputs, dual),
+            switches: SwitchWatch::new(links.inputs, dual, absent),
             overrides: Overrides::NONE,
             store: Store::default(),
             work: Work::default(),

@@ -280,10 +280,7 @@ where
     pub(crate) fn report_units(&self) -> report::Units<AXES> {
         report::Units {
             inches: self.settings.is_on(Setting::Inches),
-            rotary: self
-                .config
-                .axes
-                .map(|axis| axis == crate::config::AxisKind::Rotary),
+            axes: self.config.axes,
         }
     }
 }

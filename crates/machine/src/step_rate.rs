@@ -78,7 +78,7 @@ pub fn capped_by<'a, const AXES: usize>(
     key: Key,
 ) -> impl Iterator<Item = Capped> + 'a {
     let axes = match key {
-        Key::Machine(Setting::StepPulse) => 0..AXES,
+        Key::Machine(Setting::StepPulse) => 0..settings.axis_count(),
         Key::Axis(AxisSetting::MaxRate | AxisSetting::StepsPerMm, axis) => axis..axis + 1,
         Key::Machine(_) | Key::Axis(_, _) => 0..0,
     };

@@ -64,6 +64,17 @@ impl StepTiming {
         ..Self::F407
     };
 
+    /// The same with four motors.
+    ///
+    /// A line: 710 cycles with the step pins on three ports, and the end of a pulse of 3 µs among
+    /// them. A pulse's end: 13 cycles more than with three motors (`cargo fw-test
+    /// record-interrupt`). Both are rounded up.
+    pub const F407_RECORD_FOUR: Self = Self {
+        line_ns: 4_300,
+        pulse_end_ns: 750,
+        ..Self::F407
+    };
+
     /// A board without any bound beyond Grbl's, so that the same settings get the same answers.
     /// Pulses have Grbl's least width.
     pub const GRBL: Self = Self {

@@ -12,7 +12,7 @@ use crate::protocol::system_command::STARTUP_LINES;
 use crate::settings::flash::SettingsStore;
 use crate::settings::record::{decode_numbers, encode_numbers, RecordKey};
 use crate::settings::store::{Condition, Records, StoreError, Written};
-use crate::settings::values::{Entry, Settings};
+use crate::settings::values::Entry;
 use crate::unsaved::{goes, Item};
 use leadscrew_gcode::Number;
 use leadscrew_planner::{Coordinate, Kinematics};
@@ -47,8 +47,7 @@ where
     fn load_all<S: SettingsStore>(&mut self, store: &mut S) -> Result<Condition, S::Error> {
         let (records, condition) = Records::mount(store)?;
         let mut sound = true;
-        let keys = Settings::<AXES>::keys();
-        for key in keys {
+        for key in self.settings.keys() {
             let number = key.number();
             if let Some(payload) = records.read(store, RecordKey::Setting(number))? {
                 let value = decode_numbers(&payload);

@@ -15,16 +15,23 @@ pub(crate) struct SwitchWatch<'a, const AXES: usize, const MOTORS: usize> {
     pub(crate) ends: Ends<AXES, MOTORS>,
     /// The axis with two motors, if there is one.
     pub(crate) dual: Option<DualAxis>,
+    /// Motors of axes that are absent.
+    pub(crate) absent: MotorMask,
 }
 
 impl<'a, const AXES: usize, const MOTORS: usize> SwitchWatch<'a, AXES, MOTORS> {
     /// Nothing has happened yet.
-    pub(crate) fn new(inputs: &'a Inputs<MOTORS>, dual: Option<DualAxis>) -> Self {
+    pub(crate) fn new(
+        inputs: &'a Inputs<MOTORS>,
+        dual: Option<DualAxis>,
+        absent: MotorMask,
+    ) -> Self {
         Self {
             inputs,
             edges: inputs.edges(),
             ends: Ends::new(),
             dual,
+            absent,
         }
     }
 

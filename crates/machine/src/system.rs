@@ -125,7 +125,7 @@ where
             SystemCommand::ShowSetting(number) => {
                 let line = match self.own_row(number) {
                     Some(row) => self.own_line(row),
-                    None => self.settings.line(key::<AXES>(number)?),
+                    None => self.settings.line(self.key(number)?),
                 };
                 self.console.line(id, line);
             }
@@ -135,7 +135,7 @@ where
                         number,
                         text: row.description,
                     },
-                    None => key::<AXES>(number)?.into(),
+                    None => self.key(number)?.into(),
                 };
                 self.console.line(id, description);
             }
@@ -344,8 +344,8 @@ where
     /// Says which rates would work where a setting asks for more steps than can be made, if the
     /// operator has asked for texts.
     fn say_step_rate(&mut self, number: u16, refused: Option<&Status>) {
-        let key =
-            Key::from_number(number, AXES).filter(|_| self.settings.is_on(Setting::FaultTexts));
+        let key = self.settings.key(number);
+        let key = key.filter(|_| self.settings.is_on(Setting::FaultTexts));
         let Some(key) = key else { return };
         let timing = &self.config.step_timing;
         match refused {
@@ -359,6 +359,14 @@ where
             }
             Some(_) => {}
         }
+    }
+
+    /// The setting with this number.
+    fn key(&self, number: u16) -> Result<Key, Fault> {
+        self.settings.key(number).ok_or(Fault {
+            status: Status::InvalidStatement,
+            column: 1,
+        })
     }
 
     /// Whether nothing keeps the machine locked: not the board itself, nor the reset input or the
@@ -383,12 +391,4 @@ where
     pub(crate) fn is_door_open<B: Board>(&self, board: &B) -> bool {
         self.switches.inputs.active(&board.switches()).door
     }
-}
-
-/// The setting with this number.
-fn key<const AXES: usize>(number: u16) -> Result<Key, Fault> {
-    Key::from_number(number, AXES).ok_or(Fault {
-        status: Status::InvalidStatement,
-        column: 1,
-    })
 }

@@ -5,7 +5,7 @@ use crate::memory::Memory;
 use crate::protocol::system_command::{Restore, STARTUP_LINES};
 use crate::settings::record::{RecordKey, MAX_RECORDS};
 use crate::settings::store::Records;
-use crate::settings::values::{Key, Settings, MAX_AXES};
+use crate::settings::values::{Key, MAX_AXES};
 
 /// All that outlasts power, besides the settings and offsets in force.
 #[derive(Debug, Default)]
@@ -77,9 +77,9 @@ impl Unsaved {
     /// Notes that all values that `what` names are back at their defaults: their records are to be
     /// removed.
     pub(crate) fn restore<const AXES: usize>(&mut self, what: Restore) {
-        for (index, item) in Item::all::<AXES>().enumerate() {
+        for (place, item) in Item::all(AXES).enumerate() {
             if goes(what, item.key()) {
-                self.clear(index);
+                self.clear(place);
             }
         }
         if goes(what, RecordKey::Setting(0)) {
@@ -100,19 +100,15 @@ impl Unsaved {
 
     fn add<const AXES: usize>(&mut self, item: Item) {
         const { assert!(AXES <= MAX_AXES, "more axes than `Unsaved` has bits for") };
-        for (index, _) in Item::all::<AXES>()
-            .enumerate()
-            .filter(|(_, of)| *of == item)
-        {
-            if let Some(word) = self.items.get_mut(index / 32) {
-                *word |= 1 << (index % 32);
-            }
+        let place = item.place(AXES);
+        if let Some(word) = self.items.get_mut(place / 32) {
+            *word |= 1 << (place % 32);
         }
     }
 
-    fn clear(&mut self, index: usize) {
-        if let Some(word) = self.items.get_mut(index / 32) {
-            *word &= !(1 << (index % 32));
+    fn clear(&mut self, place: usize) {
+        if let Some(word) = self.items.get_mut(place / 32) {
+            *word &= !(1 << (place % 32));
         }
     }
 
@@ -122,9 +118,9 @@ impl Unsaved {
             return Some(item);
         }
         let (word, bits) = (0..).zip(self.items).find(|(_, bits)| *bits != 0)?;
-        let index = 32 * word + bits.trailing_zeros() as usize;
-        self.clear(index);
-        Item::all::<AXES>().nth(index)
+        let place = 32 * word + bits.trailing_zeros() as usize;
+        self.clear(place);
+        Item::at(place, AXES)
     }
 }
 
@@ -138,22 +134,42 @@ pub(crate) enum Item {
 }
 
 impl Item {
-    /// All that a machine stores, always in the same order.
-    fn all<const AXES: usize>() -> impl Iterator<Item = Self> {
-        let settings = Settings::<AXES>::keys().map(Self::Setting);
-        let offsets = OffsetId::ALL.into_iter().map(Self::Offset);
-        let lines = (0..STARTUP_LINES).map(Self::Startup);
-        settings.chain(offsets).chain(lines).chain([Self::Build])
+    /// All that a machine with `axes` axes stores, always in the same order.
+    fn all(axes: usize) -> impl Iterator<Item = Self> {
+        (0..).map_while(move |place| Self::at(place, axes))
+    }
+
+    /// The item at a place in [`Item::all`], from 0; `None` beyond the last.
+    fn at(place: usize, axes: usize) -> Option<Self> {
+        let Some(place) = place.checked_sub(Key::count(axes)) else {
+            return Key::at(place, axes).map(Self::Setting);
+        };
+        let Some(place) = place.checked_sub(OffsetId::ALL.len()) else {
+            return OffsetId::ALL.get(place).copied().map(Self::Offset);
+        };
+        match u8::try_from(place).ok()? {
+            line if line < STARTUP_LINES => Some(Self::Startup(line)),
+            STARTUP_LINES => Some(Self::Build),
+            _ => None,
+        }
+    }
+
+    /// Its place in [`Item::all`].
+    fn place(self, axes: usize) -> usize {
+        let lines = Key::count(axes) + OffsetId::ALL.len();
+        match self {
+            Self::Setting(key) => key.place(axes),
+            Self::Offset(id) => Key::count(axes) + usize::from(id.index()),
+            Self::Startup(line) => lines + usize::from(line),
+            Self::Build => lines + usize::from(STARTUP_LINES),
+        }
     }
 
     /// Its key in the store.
     pub(crate) fn key(self) -> RecordKey {
         match self {
             Self::Setting(key) => RecordKey::Setting(key.number()),
-            Self::Offset(id) => {
-                let index = (0..).zip(OffsetId::ALL).find(|(_, of)| *of == id);
-                RecordKey::Offset(index.map_or(0, |(index, _)| index)) // all are there
-            }
+            Self::Offset(id) => RecordKey::Offset(id.index()),
             Self::Startup(index) => RecordKey::Startup(index),
             Self::Build => RecordKey::Build,
         }
@@ -186,8 +202,9 @@ mod tests {
     #[test]
     fn every_record_of_nine_axes_is_noted_once() {
         let mut unsaved = Unsaved::default();
-        let all: Vec<_> = Item::all::<9>().collect();
+        let all: Vec<_> = Item::all(9).collect();
         assert_eq!(all.len(), MAX_RECORDS);
+        assert!((0..).zip(&all).all(|(place, item)| item.place(9) == place));
         for item in &all {
             unsaved.add::<9>(*item);
             unsaved.add::<9>(*item);

@@ -32,7 +32,7 @@ pub struct Head {
     pub length: U16,
 }
 
-/// The build of the firmware that a record is for.
+/// The machine that a record is for.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[repr(C)]
 pub struct Shape {
@@ -44,6 +44,36 @@ pub struct Shape {
     pub kinematics: u8,
     /// How many settings follow.
     pub defaults: u8,
+}
+
+/// The machines that an image is for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Image {
+    /// Those with three axes, and a motor for each.
+    Three,
+    /// Those with three or four axes, and with four motors at most. The record says which motors
+    /// move which axes.
+    Four,
+}
+
+impl Image {
+    /// Whether a machine is among them.
+    #[must_use]
+    pub fn takes(self, shape: &Shape) -> bool {
+        match self {
+            Self::Three => [shape.axes, shape.motors, shape.kinematics] == [3, 3, 0],
+            Self::Four => shape.is_sound() && shape.axes >= 3 && shape.motors <= 4,
+        }
+    }
+}
+
+impl Shape {
+    /// Whether each axis has a motor, and a second motor has an axis.
+    fn is_sound(&self) -> bool {
+        let second = self.kinematics.checked_sub(2);
+        let motors = self.axes.checked_add(second.is_some().into());
+        motors == Some(self.motors) && second.is_none_or(|axis| axis < self.axes)
+    }
 }
 
 /// A USART and its pins.
@@ -127,7 +157,7 @@ pub struct Content {
     pub power_hz: U32,
     /// The table that makes the outputs safe.
     pub safe: SafeTable,
-    /// The build of the firmware that the record is for.
+    /// The machine that the record is for.
     pub shape: Shape,
     /// The two sectors of the settings.
     pub settings: [u8; 2],
@@ -147,8 +177,12 @@ pub struct Content {
     pub homing: [u8; 4],
     /// The board's name for the log and `$I`: UTF-8, filled up with zeros.
     pub name: [u8; NAME],
-    /// Two zeros, so that the settings begin at a multiple of 4.
-    pub reserved: [u8; 2],
+    /// The axes that turn, a bit each.
+    pub rotary: u8,
+    /// The axes without a switch, a bit each: `$H` takes them to their zero.
+    pub without_switch: u8,
+    /// Zeros, so that the settings begin at a multiple of 8.
+    pub reserved: [u8; 4],
 }
 
 impl Content {
@@ -158,7 +192,7 @@ impl Content {
         power_hz: U32::new(10_000),
         safe: SafeTable::NONE,
         shape: Shape {
-            axes: 0,
+            axes: 3,
             motors: 0,
             kinematics: 0,
             defaults: 0,
@@ -181,7 +215,9 @@ impl Content {
         buttons: [PinCode::NONE; 5],
         homing: [0; 4],
         name: [0; NAME],
-        reserved: [0; 2],
+        rotary: 0,
+        without_switch: 0,
+        reserved: [0; 4],
     };
 }
 

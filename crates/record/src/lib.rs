@@ -10,8 +10,8 @@ mod read;
 mod safe;
 
 pub use layout::{
-    Content, Head, Motor, Outputs, Power, Record, Serial, Setting, Shape, ENABLES, MOTORS, NAME,
-    SETTINGS,
+    Content, Head, Image, Motor, Outputs, Power, Record, Serial, Setting, Shape, ENABLES, MOTORS,
+    NAME, SETTINGS,
 };
 pub use lines::{Incoming, WrongLine, LONGEST, PART};
 pub use pin::PinCode;

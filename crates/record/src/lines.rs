@@ -35,7 +35,7 @@ impl Incoming {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            bytes: [0xFF; LONGEST],
+            bytes: [0; LONGEST],
             length: 0,
         }
     }

@@ -1,5 +1,5 @@
 //! Makes a record from its content, and reads it again.
-use crate::{Content, Head, Record, Setting, Shape, SETTINGS, SLOT};
+use crate::{Content, Head, Image, Record, Setting, SETTINGS, SLOT};
 use core::fmt;
 use zerocopy::{
     little_endian::{U16, U32},
@@ -10,7 +10,7 @@ use zerocopy::{
 pub const MAGIC: u32 = u32::from_le_bytes(*b"LSBR");
 
 /// The version of the layout.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 
 /// The number of bytes at the begin of a record that the checksum does not protect.
 pub const UNPROTECTED: usize = 8;
@@ -135,14 +135,12 @@ impl Record {
 }
 
 impl Content {
-    /// Checks that the content is for an image of this shape that begins in sector `start`. The
-    /// number of settings in `shape` does not count.
+    /// Checks that the content is for a machine of `image`, which begins in sector `start`.
     ///
     /// # Errors
-    /// The shape is another, or the sectors of the settings are in the way of the program.
-    pub fn fits(&self, shape: Shape, start: u8) -> Result<(), Refusal> {
-        let of = |shape: &Shape| [shape.axes, shape.motors, shape.kinematics];
-        if of(&self.shape) != of(&shape) {
+    /// The machine is another, or the sectors of the settings are in the way of the program.
+    pub fn fits(&self, image: Image, start: u8) -> Result<(), Refusal> {
+        if !image.takes(&self.shape) {
             return Err(Refusal::Shape);
         }
         match are_clear(self.settings, start) {

@@ -1,7 +1,7 @@
 //! Records are read as they were made; one that is wrong is refused by its fault.
 use leadscrew_record::{
-    Content, Motor, Outputs, PinCode, Power, Record, Refusal, SafeTable, Serial, Setting, Shape,
-    ENABLES, NAME, SETTINGS, SLOT,
+    Content, Image, Motor, Outputs, PinCode, Power, Record, Refusal, SafeTable, Serial, Setting,
+    Shape, ENABLES, NAME, SETTINGS, SLOT,
 };
 use proptest::prelude::*;
 
@@ -48,7 +48,9 @@ prop_compose! {
             buttons: [0; 5].map(|_| next()),
             homing: [bytes[9], bytes[10], bytes[11], 0],
             name,
-            reserved: [0; 2],
+            rotary: bytes[9],
+            without_switch: bytes[10],
+            reserved: [0; 4],
         }
     }
 }
@@ -107,8 +109,8 @@ fn a_fault_is_told_by_its_name() {
     assert_eq!(refusal(|_| ()), None);
     for (place, value, expected) in [
         (0, b'X', Refusal::Missing),
-        (8, 2, Refusal::Version),
-        (10, 0xBD, Refusal::Length),
+        (8, 1, Refusal::Version),
+        (10, 0xC1, Refusal::Length),
         (11, 0xFF, Refusal::Length),
         (111, 1, Refusal::Length),
         (4, 0, Refusal::Checksum),
@@ -117,33 +119,65 @@ fn a_fault_is_told_by_its_name() {
         let found = refusal(|bytes| bytes[place] = value);
         assert_eq!(found, Some(expected), "byte {place}");
     }
-    assert_eq!(refusal(|bytes| bytes.truncate(187)), Some(Refusal::Missing));
+    assert_eq!(refusal(|bytes| bytes.truncate(191)), Some(Refusal::Missing));
     assert_eq!(refusal(Vec::clear), Some(Refusal::Missing));
 }
 
 #[test]
 fn another_machine_or_place_is_refused() {
-    let three = Shape {
-        axes: 3,
-        motors: 3,
-        kinematics: 0,
-        defaults: 7,
-    };
     let mut bytes = [0; SLOT];
     let made = Record::pack(&discovery(), &[], &mut bytes);
     assert!(made.is_some());
     let content = Record::read(&bytes).unwrap().0.content;
-    assert_eq!(content.fits(three, 0), Ok(()));
-    assert_eq!(content.fits(three, 2), Err(Refusal::Sectors));
-    for other in [
-        Shape { motors: 4, ..three },
-        Shape { axes: 4, ..three },
-        Shape {
-            kinematics: 1,
-            ..three
-        },
+    for image in [Image::Three, Image::Four] {
+        assert_eq!(content.fits(image, 0), Ok(()));
+        assert_eq!(content.fits(image, 2), Err(Refusal::Sectors));
+    }
+    for (axes, motors, kinematics) in [(3, 4, 3), (4, 4, 0), (3, 3, 1)] {
+        let shape = Shape {
+            axes,
+            motors,
+            kinematics,
+            defaults: 0,
+        };
+        let other = Content { shape, ..content };
+        assert_eq!(other.fits(Image::Three, 0), Err(Refusal::Shape));
+        assert_eq!(other.fits(Image::Four, 0), Ok(()));
+    }
+}
+
+#[test]
+fn an_image_of_four_motors_takes_every_machine_that_they_can_move() {
+    let takes = |axes, motors, kinematics| {
+        let defaults = 7;
+        Image::Four.takes(&Shape {
+            axes,
+            motors,
+            kinematics,
+            defaults,
+        })
+    };
+    for (axes, motors, kinematics) in [(3, 3, 0), (3, 3, 1), (3, 4, 3), (4, 4, 0), (4, 4, 1)] {
+        assert!(
+            takes(axes, motors, kinematics),
+            "{axes} {motors} {kinematics}"
+        );
+    }
+    for (axes, motors, kinematics) in [
+        (2, 2, 0),
+        (3, 4, 0),
+        (3, 3, 2),
+        (3, 4, 5),
+        (4, 3, 0),
+        (4, 5, 2),
+        (5, 5, 0),
+        (255, 0, 2),
+        (3, 4, 255),
     ] {
-        assert_eq!(content.fits(other, 0), Err(Refusal::Shape));
+        assert!(
+            !takes(axes, motors, kinematics),
+            "{axes} {motors} {kinematics}"
+        );
     }
 }
 

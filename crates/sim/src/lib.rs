@@ -41,7 +41,6 @@ pub mod speed_profile;
 mod stepping;
 pub mod streamer;
 pub mod tool_pins;
-pub mod train;
 pub mod trouble;
 
 pub use clock::Cycle;

@@ -11,15 +11,15 @@ use crate::own::Own;
 use crate::plant::Pin;
 use crate::profile::{Belts, Profile};
 use crate::setup::{Memory, Setup};
-use crate::train::Train;
 use leadscrew_machine::board::{CoolantOutput, SpindleOutput, Switches};
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::extension::Extension;
 use leadscrew_machine::settings::store::Condition;
-use leadscrew_machine::settings::values::{Entry, Key, Settings};
+use leadscrew_machine::settings::values::{Entry, Key};
 use leadscrew_machine::state::State;
+use leadscrew_machine::step_timing::StepTiming;
 use leadscrew_outputs::OutputsConfig;
-use leadscrew_planner::{Coordinate, Kinematics};
+use leadscrew_planner::{Coordinate, Kinematics, Train};
 
 /// The axes of the largest machine that a file can describe.
 pub const MOST_AXES: usize = 6;
@@ -183,8 +183,9 @@ where
 
     fn settings(&self) -> Vec<(Key, String)> {
         let settings = self.machine().settings();
-        let keys = Settings::<AXES>::keys();
-        keys.map(|key| (key, settings.line(key).to_string()))
+        settings
+            .keys()
+            .map(|key| (key, settings.line(key).to_string()))
             .collect()
     }
 
@@ -235,6 +236,8 @@ pub struct Supply {
     pub heat_fault: Option<HeatFault>,
     /// Where the carriages are, in steps of their motors; `None` for the places in the file.
     pub carriages: Option<[i32; MOST_MOTORS]>,
+    /// The times of making steps on its board.
+    pub timing: StepTiming,
 }
 
 impl Profile {
@@ -248,6 +251,7 @@ impl Profile {
             outputs: self.outputs.config(),
             heat_fault: None,
             carriages: None,
+            timing: StepTiming::F407,
         }
     }
 
@@ -304,13 +308,14 @@ impl Profile {
     }
 
     fn setup<const AXES: usize>(&self, with: Supply) -> Setup<AXES> {
-        let config = match with.first {
+        let mut config = match with.first {
             Some(defaults) => MachineConfig {
                 defaults,
                 ..self.bare_config()
             },
             None => self.config(),
         };
+        config.step_timing = with.timing;
         let mut setup = Setup::new(config, with.rate);
         setup.lines = vec![with.rate; with.lines];
         setup.receive_buffer = usize::from(self.receive_buffer());

@@ -9,7 +9,7 @@ use leadscrew_planner::{Cartesian, Kinematics};
 use leadscrew_sim::{
     cost::Costs,
     plant::{Pin, Side, Switch},
-    powered::Powered,
+    powered::{Powered, Supply},
     profile::Profile,
     Answers, Cycle, Host, Memory, Observer, Rate, Reply, Setup, Simulation, StepEvent, Stopped,
     Streamer, Streaming,
@@ -155,9 +155,22 @@ pub(crate) fn plan_machine(
     before: &str,
     program: &str,
 ) -> Result<Vec<Planned>, Failure> {
+    plan_machine_with(profile, StepTiming::F407, before, program)
+}
+
+/// The same on a board with other times of making steps.
+pub(crate) fn plan_machine_with(
+    profile: &Profile,
+    timing: StepTiming,
+    before: &str,
+    program: &str,
+) -> Result<Vec<Planned>, Failure> {
     let mut schedule = Schedule::default();
     let mut begun = Ok(Cycle::default());
-    let supply = profile.supply(Rate::NeverWaits);
+    let supply = Supply {
+        timing,
+        ..profile.supply(Rate::NeverWaits)
+    };
     profile.power_up(supply, &mut schedule, &mut |machine| {
         begun = send_all(machine, before, profile.receive_buffer()).and_then(|()| {
             let begun = machine.now();

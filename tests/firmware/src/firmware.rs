@@ -59,7 +59,6 @@ impl Build {
     pub(crate) fn with_record(&self, record: &[u8]) -> Self {
         Build {
             record: Some(record.into()),
-            timing: StepTiming::F407_RECORD,
             ..self.clone()
         }
     }
@@ -95,6 +94,9 @@ pub(crate) struct Firmware {
     /// Without pins: for boards of three motors that begin where the flash does, for those that
     /// begin behind a bootloader of 32 KiB, and, if built, for those behind one of 48 KiB.
     pub(crate) without_pins: Vec<Build>,
+    /// Without pins, for boards of four motors behind a bootloader of 32 KiB: their records say how
+    /// the motors move the axes.
+    pub(crate) four_motors: Build,
     /// For the machine of `four_axes.toml`, if built.
     pub(crate) four_axes: Option<Build>,
 }
@@ -112,6 +114,12 @@ impl Firmware {
     /// Reads the files that `cargo fw-test` has put into a folder.
     pub(crate) fn read(folder: &str) -> Result<Self, Failure> {
         let read = |name, wiring, baud| Build::read(&Path::new(folder).join(name), wiring, baud);
+        let without_pins = |name, wiring, timing| {
+            let build = read(name, wiring, USUAL_BAUD)?;
+            Ok::<_, Failure>(Build { timing, ..build })
+        };
+        let three = StepTiming::F407_RECORD;
+        let four_motors = without_pins("record-four", &DUAL_Y, StepTiming::F407_RECORD_FOUR)?;
         let more = [
             ("octopus", &OCTOPUS),
             ("fly-407zg", &FLY_407ZG),
@@ -119,10 +127,10 @@ impl Firmware {
             ("spider", &SPIDER),
         ];
         let built = |(name, wiring)| Some((name, read(name, wiring, USUAL_BAUD).ok()?));
-        let behind_48 = read("record-behind-48", &ROBIN_NANO_V3, USUAL_BAUD);
+        let behind_48 = without_pins("record-behind-48", &ROBIN_NANO_V3, three);
         let mut without_pins = vec![
-            read("record", &DISCOVERY, USUAL_BAUD)?,
-            read("record-behind", &SKR_2, USUAL_BAUD)?,
+            without_pins("record", &DISCOVERY, three)?,
+            without_pins("record-behind", &SKR_2, three)?,
         ];
         without_pins.extend(behind_48);
         Ok(Firmware {
@@ -130,6 +138,7 @@ impl Firmware {
             // The SKR 2 with its fourth driver on an axis of its own instead of Y.
             four_axes: read("four-axes", &DUAL_Y, USUAL_BAUD).ok(),
             without_pins,
+            four_motors,
             machines: [
                 read("machine-file-000", &DISCOVERY_4, USUAL_BAUD)?,
                 read("machine-file-001", &DISCOVERY, USUAL_BAUD)?,
@@ -163,12 +172,17 @@ impl Firmware {
         let start = |build: &&Build| build.wiring.start == wiring.start;
         let build = self.without_pins.iter().find(start);
         let build = build.ok_or_else(|| Failure(format!("no build begins where {name} does")))?;
-        let board = Board::find(name, Path::new("")).map_err(Failure)?;
-        let record = board.record().map_err(|why| Failure(why.to_string()))?;
-        Ok(Build {
-            wiring,
-            ..build.with_record(&record)
-        })
+        with_record_of(build, name, wiring)
+    }
+
+    /// The build without pins for four motors, and the record of a board that comes with the
+    /// firmware in the flash.
+    pub(crate) fn of_four_motors(
+        &self,
+        name: &str,
+        wiring: &'static Wiring,
+    ) -> Result<Build, Failure> {
+        with_record_of(&self.four_motors, name, wiring)
     }
 
     /// The same builds with a fault.
@@ -180,7 +194,9 @@ impl Firmware {
         faulty.others.skr_2.fault = Some(fault);
         faulty.others.dual_y.fault = Some(fault);
         faulty.others.core_xy.fault = Some(fault);
-        for build in faulty.machines.iter_mut().chain(&mut faulty.without_pins) {
+        let without_pins = faulty.without_pins.iter_mut();
+        let without_pins = without_pins.chain([&mut faulty.four_motors]);
+        for build in faulty.machines.iter_mut().chain(without_pins) {
             build.fault = Some(fault);
         }
         let more = faulty.more.iter_mut().map(|(_, build)| build);
@@ -189,4 +205,14 @@ impl Firmware {
         }
         faulty
     }
+}
+
+/// A build without pins, and the record of a board that comes with the firmware in its flash.
+fn with_record_of(build: &Build, name: &str, wiring: &'static Wiring) -> Result<Build, Failure> {
+    let board = Board::find(name, Path::new("")).map_err(Failure)?;
+    let record = board.record().map_err(|why| Failure(why.to_string()))?;
+    Ok(Build {
+        wiring,
+        ..build.with_record(&record)
+    })
 }

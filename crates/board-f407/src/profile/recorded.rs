@@ -11,17 +11,61 @@ use crate::{
     sector::Sector,
 };
 use core::sync::atomic::{AtomicU8, Ordering::Relaxed};
-use heapless::Vec;
-use leadscrew_gcode::Number;
-use leadscrew_machine::{config::MachineConfig, settings::values::Entry, step_timing::StepTiming};
-use leadscrew_record::{Content, Motor, PinCode, Record, Refusal, Setting, Shape, SETTINGS};
+use leadscrew_machine::{
+    config::{AxisKind, MachineConfig},
+    settings::values::Entry,
+};
+use leadscrew_record::{Content, Motor, PinCode, Record, Refusal};
 
-/// The machine that the image is for: how many motors move which axes.
-mod selected {
-    include!(concat!(env!("OUT_DIR"), "/board.rs"));
+/// An image for four motors: the record says how they move the axes.
+#[cfg(four_motors)]
+mod four {
+    use leadscrew_machine::step_timing::StepTiming;
+    use leadscrew_planner::Train;
+    use leadscrew_record::Image;
+
+    pub(super) const IMAGE: Image = Image::Four;
+    pub(super) const COUNT: usize = 4;
+    pub(super) const TIMING: StepTiming = StepTiming::F407_RECORD_FOUR;
+
+    pub(crate) type Kinematics = Train;
+
+    pub(crate) fn kinematics() -> Kinematics {
+        match super::content().shape.kinematics {
+            0 => Train::Straight,
+            1 => Train::Crossed,
+            second => Train::Ganged(usize::from(second) - 2),
+        }
+    }
 }
 
-pub(crate) use selected::{kinematics, Kinematics, AXES, MOTORS};
+/// An image for three axes, and a motor for each.
+#[cfg(not(four_motors))]
+mod three {
+    use leadscrew_machine::step_timing::StepTiming;
+    use leadscrew_planner::Cartesian;
+    use leadscrew_record::Image;
+
+    pub(super) const IMAGE: Image = Image::Three;
+    pub(super) const COUNT: usize = 3;
+    pub(super) const TIMING: StepTiming = StepTiming::F407_RECORD;
+
+    pub(crate) type Kinematics = Cartesian;
+
+    pub(crate) const fn kinematics() -> Kinematics {
+        Cartesian
+    }
+}
+
+#[cfg(four_motors)]
+use four as image;
+#[cfg(not(four_motors))]
+use three as image;
+
+pub(crate) use image::{kinematics, Kinematics};
+
+pub(crate) const AXES: usize = image::COUNT;
+pub(crate) const MOTORS: usize = image::COUNT;
 
 /// The extensions of the machine: none.
 pub(crate) type Own = ();
@@ -29,16 +73,13 @@ pub(crate) type Own = ();
 /// Makes the extensions.
 pub(crate) fn own() -> Own {}
 
-/// A new machine's settings.
-pub(crate) type Defaults = Vec<Entry, SETTINGS>;
-
 /// The place of the record in force, counted from 1; 0: there is none.
 static IN_FORCE: AtomicU8 = AtomicU8::new(0);
 
-/// Looks for the record, and adds its settings to `defaults`. Returns the fault if no record is in
-/// force. Start-up, before anything else asks for a pin.
-pub(crate) fn find(defaults: &mut Defaults) -> Option<&'static str> {
-    match look_for(defaults) {
+/// Looks for the record. Returns the fault if no record is in force. Start-up, before anything else
+/// asks for a pin.
+pub(crate) fn find() -> Option<&'static str> {
+    match look_for() {
         Ok(place) => {
             IN_FORCE.store(place as u8 + 1, Relaxed);
             None
@@ -47,32 +88,21 @@ pub(crate) fn find(defaults: &mut Defaults) -> Option<&'static str> {
     }
 }
 
-fn look_for(defaults: &mut Defaults) -> Result<usize, Refusal> {
+fn look_for() -> Result<usize, Refusal> {
     let first_word = |place| {
         let bytes = fast_memory::record(place).first_chunk();
         bytes.map_or(u32::MAX, |word| u32::from_le_bytes(*word))
     };
     let place = leadscrew_record::slot(first_word).ok_or(Refusal::Missing)?;
-    let settings = read(fast_memory::record(place))?;
-    defaults.extend(settings.iter().map(|setting| Entry {
-        number: setting.number.get(),
-        value: Number::from_nanos(setting.nanos.get()),
-    }));
+    check(fast_memory::record(place))?;
     Ok(place)
 }
 
-/// The settings of a record, after a check that it is whole and fits this image.
-pub(crate) fn read(bytes: &[u8]) -> Result<&[Setting], Refusal> {
-    let (record, settings) = Record::read(bytes)?;
-    let shape = Shape {
-        axes: AXES as u8,
-        motors: MOTORS as u8,
-        kinematics: selected::KINEMATICS,
-        defaults: 0,
-    };
+/// Checks that a record is whole and fits this image.
+pub(crate) fn check(bytes: &[u8]) -> Result<(), Refusal> {
+    let (record, _) = Record::read(bytes)?;
     let start = Sector::at(fast_memory::start());
-    record.content.fits(shape, start.0)?;
-    Ok(settings)
+    record.content.fits(image::IMAGE, start.0)
 }
 
 /// The content of the record in force, or a board without pins. Any context.
@@ -85,12 +115,20 @@ pub(crate) fn content() -> &'static Content {
 
 /// Axes, order of homing and settings of a new machine, with the options that the board has pins
 /// for.
-pub(crate) fn config(defaults: &'static Defaults) -> MachineConfig<AXES> {
+pub(crate) fn config() -> MachineConfig<AXES> {
     let content = content();
     let mut config = MachineConfig::new();
-    config.defaults = defaults;
+    for (axis, kind) in config.axes.iter_mut().enumerate() {
+        *kind = match content.rotary >> axis & 1 {
+            _ if axis >= usize::from(content.shape.axes) => AxisKind::Absent,
+            0 => AxisKind::Linear,
+            _ => AxisKind::Rotary,
+        };
+    }
+    config.defaults = defaults();
     config.homing_cycles = content.homing;
-    config.step_timing = StepTiming::F407_RECORD;
+    config.rules.without_switch = content.without_switch;
+    config.step_timing = image::TIMING;
     let [_, _, _, _, door] = buttons();
     config.options.door = door.is_some();
     config.options.mist = output(content.outputs.mist).is_some();
@@ -98,6 +136,13 @@ pub(crate) fn config(defaults: &'static Defaults) -> MachineConfig<AXES> {
         config.step_timing.tick_ns = tick_ns;
     }
     config
+}
+
+/// A new machine's settings.
+fn defaults() -> &'static [Entry] {
+    let place = IN_FORCE.load(Relaxed).checked_sub(1);
+    let record = place.and_then(|place| Record::read(fast_memory::record(place.into())).ok());
+    record.map_or(&[], |(_, settings)| fast_memory::entries(settings))
 }
 
 fn pin(code: PinCode) -> Option<Pin> {

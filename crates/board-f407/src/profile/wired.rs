@@ -28,7 +28,7 @@ pub(crate) use selected::{HEATER_FAULT, SENSORS};
 /// The profile's machine, with the options that the board has pins for. Where `LEADSCREW_TICK_NS`
 /// is set at build time, it is the least time between ticks, in nanoseconds. It serves to find out
 /// how fast the board can step.
-pub(crate) const fn config(_: &Defaults) -> MachineConfig<AXES> {
+pub(crate) const fn config() -> MachineConfig<AXES> {
     let mut config = selected::config();
     config.options.door = PROFILE.door.is_some();
     config.options.mist = PROFILE.mist.is_some();
@@ -38,17 +38,8 @@ pub(crate) const fn config(_: &Defaults) -> MachineConfig<AXES> {
     config
 }
 
-/// Settings of a new machine that are known only once the firmware runs: here there are none.
-pub(crate) struct Defaults;
-
-impl Defaults {
-    pub(crate) const fn new() -> Self {
-        Self
-    }
-}
-
 /// A board whose pins are compiled in needs no record, so there is no reason to refuse. Start-up.
-pub(crate) fn find(_: &mut Defaults) -> Option<&'static str> {
+pub(crate) fn find() -> Option<&'static str> {
     None
 }
 

@@ -177,6 +177,15 @@ impl OffsetId {
         Self::G28,
         Self::G30,
     ];
+
+    /// Its place in [`OffsetId::ALL`].
+    pub(crate) const fn index(self) -> u8 {
+        match self {
+            Self::Work(system) => system as u8,
+            Self::G28 => 6,
+            Self::G30 => 7,
+        }
+    }
 }
 
 impl Display for OffsetId {

@@ -12,7 +12,7 @@ use super::context::Context;
 use super::letters::Group;
 use super::modal_state::Distance;
 use super::words::Block;
-use crate::config::{self, WITHOUT_EXTRUDER};
+use crate::config::{self, AxisKind, WITHOUT_EXTRUDER};
 use crate::protocol::status::Status;
 use leadscrew_gcode::{Letter, Number};
 
@@ -60,7 +60,9 @@ impl<const AXES: usize> Block<AXES> {
             _ => None,
         };
         match axis {
-            Some(axis) if extruder == Some(axis) => Err(Status::UnsupportedCommand),
+            Some(axis) if axis >= AxisKind::count(context.axes) || extruder == Some(axis) => {
+                Err(Status::UnsupportedCommand)
+            }
             Some(axis) => self.axis(axis),
             None => self.axis(extruder.ok_or(Status::UnsupportedCommand)?),
         }

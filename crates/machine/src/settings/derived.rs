@@ -112,7 +112,7 @@ pub(crate) fn port_config<const AXES: usize>(settings: &Settings<AXES>) -> PortC
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::settings::values::Entry;
+    use crate::settings::values::{Entry, Key};
     use leadscrew_planner::ConfigError;
     use std::vec::Vec;
 
@@ -133,7 +133,7 @@ mod tests {
     #[test]
     fn whatever_the_table_takes_can_be_planned_with() {
         let ends = [i64::MIN, -1, 0, 1, 1_000_000_000, 255_000_000_000, i64::MAX];
-        let taken: Vec<_> = Settings::<3>::keys()
+        let taken: Vec<_> = Key::all(3)
             .flat_map(|key| ends.map(|nanos| (key.number(), Number::from_nanos(nanos))))
             .filter_map(|(number, value)| planned(number, value))
             .collect();

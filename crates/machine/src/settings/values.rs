@@ -1,6 +1,7 @@
 //! The settings in force.
 
 use super::table::{AxisSetting, Kind, Row, Setting};
+use crate::config::WITHOUT_EXTRUDER;
 use crate::protocol::decimal::Decimal;
 use crate::protocol::status::Status;
 use crate::step_timing::StepLimits;
@@ -14,8 +15,10 @@ const SCALARS: usize = Setting::ALL.len();
 const GROUPS: usize = AxisSetting::ALL.len();
 const ZERO: Number = Number::from_int(0);
 
-/// A setting's number and its value, to be stored and loaded.
+/// A setting's number and its value, to be stored and loaded. Its layout is C's: the value is at
+/// byte 8, in units of 10⁻⁹. A board may have entries in its flash.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(C)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Entry {
     /// The number after the `$`.
@@ -38,6 +41,33 @@ pub enum Key {
 }
 
 impl Key {
+    /// Answers how many settings a machine with `axes` axes has.
+    pub const fn count(axes: usize) -> usize {
+        SCALARS + GROUPS * axes
+    }
+
+    /// Answers all settings of a machine with `axes` axes.
+    pub fn all(axes: usize) -> impl Iterator<Item = Self> {
+        (0..).map_while(move |place| Self::at(place, axes))
+    }
+
+    /// Answers the setting at a place in [`Key::all`], from 0; `None` beyond the last.
+    pub fn at(place: usize, axes: usize) -> Option<Self> {
+        let Some(place) = place.checked_sub(SCALARS) else {
+            return Setting::ALL.get(place).copied().map(Self::Machine);
+        };
+        let group = AxisSetting::ALL.get(place.checked_div(axes)?)?;
+        Some(Self::Axis(*group, place % axes))
+    }
+
+    /// Answers its place in [`Key::all`].
+    pub(crate) fn place(self, axes: usize) -> usize {
+        match self {
+            Self::Machine(setting) => setting as usize,
+            Self::Axis(setting, axis) => SCALARS + setting as usize * axes + axis,
+        }
+    }
+
     /// Finds the setting of a number on a machine with `axes` axes.
     pub fn from_number(number: u16, axes: usize) -> Option<Self> {
         let machine = Setting::ALL
@@ -81,6 +111,8 @@ pub const MAX_AXES: usize = 9;
 pub struct Settings<const AXES: usize> {
     scalars: [Number; SCALARS],
     axes: [[Number; AXES]; GROUPS],
+    /// Axes that are there.
+    count: usize,
     /// Where this machine's defaults differ from the table's.
     defaults: &'static [Entry],
 }
@@ -95,9 +127,15 @@ impl<const AXES: usize> Settings<AXES> {
     /// Makes the settings of a new machine: the table's defaults but for those that the machine
     /// brings along.
     pub fn new(defaults: &'static [Entry]) -> Self {
+        Self::of_axes(AXES, defaults)
+    }
+
+    /// As [`Settings::new`], for a machine that has only the first `count` axes.
+    pub(crate) fn of_axes(count: usize, defaults: &'static [Entry]) -> Self {
         let mut settings = Self {
             scalars: [ZERO; SCALARS],
             axes: [[ZERO; AXES]; GROUPS],
+            count,
             defaults,
         };
         settings.restore_defaults();
@@ -106,7 +144,7 @@ impl<const AXES: usize> Settings<AXES> {
 
     /// Goes back to the defaults: `$RST=$`.
     pub fn restore_defaults(&mut self) {
-        for key in Self::keys() {
+        for key in Key::all(AXES) {
             self.put(key, key.row().default);
         }
         for entry in self.defaults {
@@ -153,7 +191,7 @@ impl<const AXES: usize> Settings<AXES> {
     /// The first of: negative value, no such setting, out of range, step pulse too short, soft
     /// limits without homing, step rate too high. Nothing is changed then.
     pub fn set(&mut self, entry: Entry, limits: StepLimits) -> Result<Changes, Status> {
-        let key = Key::from_number(entry.number, AXES);
+        let key = self.key(entry.number);
         if entry.value < ZERO && !key.is_some_and(Key::is_signed) {
             return Err(Status::NegativeValue);
         }
@@ -172,7 +210,7 @@ impl<const AXES: usize> Settings<AXES> {
     /// Takes a stored value, as it was once accepted; answers whether there is such a setting and
     /// it takes the value.
     pub fn load(&mut self, entry: Entry) -> bool {
-        let Some(key) = Key::from_number(entry.number, AXES) else {
+        let Some(key) = self.key(entry.number) else {
             return false;
         };
         match fitted(key.row().kind, entry.value) {
@@ -186,7 +224,7 @@ impl<const AXES: usize> Settings<AXES> {
 
     /// Answers the rows of `$$`, from 0, by rising number; `None` beyond the last.
     pub fn listed(&self, index: usize) -> Option<SettingLine> {
-        Self::keys()
+        self.keys()
             .filter(|key| key.row().listed)
             .nth(index)
             .map(|key| self.line(key))
@@ -194,14 +232,25 @@ impl<const AXES: usize> Settings<AXES> {
 
     /// Answers all rows, from 0, the machine's before the axes'; `None` beyond the last.
     pub fn any(&self, index: usize) -> Option<SettingLine> {
-        Self::keys().nth(index).map(|key| self.line(key))
+        Key::at(index, self.axis_count()).map(|key| self.line(key))
     }
 
     /// Answers all settings that there are.
-    pub fn keys() -> impl Iterator<Item = Key> {
-        let machine = Setting::ALL.iter().map(|setting| Key::Machine(*setting));
-        let axes = AxisSetting::ALL.iter();
-        machine.chain(axes.flat_map(|setting| (0..AXES).map(|axis| Key::Axis(*setting, axis))))
+    pub fn keys(&self) -> impl Iterator<Item = Key> + use<AXES> {
+        Key::all(self.axis_count())
+    }
+
+    /// Finds the setting of a number.
+    pub fn key(&self, number: u16) -> Option<Key> {
+        Key::from_number(number, self.axis_count())
+    }
+
+    /// Answers how many axes there are.
+    pub fn axis_count(&self) -> usize {
+        if AXES <= WITHOUT_EXTRUDER {
+            return AXES;
+        }
+        self.count
     }
 
     fn check(&self, key: Key, value: Number, limits: StepLimits) -> Result<(), Status> {
@@ -572,7 +621,7 @@ mod tests {
     #[test]
     fn other_counts_of_axes_have_other_rows() {
         assert_eq!(
-            Settings::<6>::keys().filter(|key| key.row().listed).count(),
+            Key::all(6).filter(|key| key.row().listed).count(),
             22 + 4 * 6
         );
         assert_eq!(

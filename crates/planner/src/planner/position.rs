@@ -51,15 +51,13 @@ where
         self.kinematics.axes(&motors)
     }
 
-    /// `steps`, with every motor beyond the axes put to the place of its axis's own motor. Both
+    /// `steps`, with every second motor of an axis put to the place of the axis's own motor. Both
     /// must have the same count before a move, because a move brings both to the same count.
     pub fn ganged(&self, steps: [i32; MOTORS]) -> [i32; MOTORS] {
         let mut ganged = steps;
-        for (motor, place) in ganged.iter_mut().enumerate().skip(AXES) {
-            *place = steps
-                .get(self.kinematics.axis_of(motor))
-                .copied()
-                .unwrap_or(*place);
+        for (motor, place) in ganged.iter_mut().enumerate() {
+            let own = steps.get(self.kinematics.axis_of(motor));
+            *place = own.copied().unwrap_or(*place);
         }
         ganged
     }

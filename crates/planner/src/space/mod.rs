@@ -6,3 +6,4 @@ pub(crate) mod coordinate;
 pub(crate) mod course;
 pub(crate) mod kinematics;
 pub(crate) mod polygon;
+pub(crate) mod train;

@@ -24,6 +24,7 @@ mod tools;
 mod value;
 
 pub use error::{ProfileError, Wrong};
+pub use fit::NotInRecord;
 pub use heat::{Fan, HeaterTable, Heaters, SensorTable};
 pub use named::{Bounds, Homing, Laser, Motors, Path as PathSettings, Reports, Spindle, Streaming};
 pub use tools::{ShownAs, ToolChangeTable, ToolSwitchesTable};

@@ -1,6 +1,6 @@
 //! A recorded conversation as it is stored in a file.
 
-use leadscrew_machine::config::{MachineConfig, Options, ParkingConfig};
+use leadscrew_machine::config::{AxisKind, MachineConfig, Options, ParkingConfig};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
@@ -46,13 +46,19 @@ pub enum Build {
     Park,
 }
 
+/// The axes of the recorded Grbl.
+const AXES: usize = 3;
+
 /// The moves that Grbl plans ahead in a build where each move also keeps its line number.
 const MOVES_WITH_LINE_NUMBERS: usize = 14;
 
 impl Build {
-    /// The configuration of a machine with this build.
-    pub fn config(self) -> MachineConfig<3> {
+    /// The configuration of a machine with this build, which has the first three of `N` axes.
+    pub fn config<const N: usize>(self) -> MachineConfig<N> {
         let mut config = MachineConfig::grbl();
+        config.axes.iter_mut().skip(AXES).for_each(|kind| {
+            *kind = AxisKind::Absent;
+        });
         config.options = self.options();
         if config.options.line_numbers {
             config.moves = MOVES_WITH_LINE_NUMBERS;

@@ -60,8 +60,17 @@ impl std::error::Error for ReplayError {}
 /// # Errors
 /// An operation is not one of [`Op`].
 pub fn replay(case: &Case) -> Result<Case, ReplayError> {
+    replay_on::<3>(case)
+}
+
+/// As [`replay`], with a machine that is built for `N` axes and motors, 3 or more. It has the first
+/// three of its axes.
+///
+/// # Errors
+/// As [`replay`].
+pub fn replay_on<const N: usize>(case: &Case) -> Result<Case, ReplayError> {
     let ops = ops(&case.exchanges)?;
-    let mut setup = Setup::<3>::new(case.build.config(), Rate::Baud(BAUD));
+    let mut setup = Setup::<N>::new(case.build.config(), Rate::Baud(BAUD));
     setup.receive_buffer = usize::from(setup.machine.receive_size);
     let (mut flash, mut wire, mut world) = (Flash::blank(), Wire::new(), World::new());
     let (mut exchanges, mut power_up) = (Vec::new(), Cycle::ZERO);

@@ -9,6 +9,7 @@ use crate::flash::Flash;
 use crate::setup::{Memory, Setup};
 use leadscrew_machine::state::State;
 use leadscrew_planner::Cartesian;
+use std::array::from_fn;
 use std::time::Duration;
 
 /// The moves that Grbl plans ahead at most.
@@ -38,23 +39,23 @@ pub(super) enum Ended {
 }
 
 /// A machine that is powered.
-pub(super) struct Session<'m> {
-    sim: Simulation<'m, Cartesian, (), 3, 3, MOVES>,
+pub(super) struct Session<'m, const N: usize> {
+    sim: Simulation<'m, Cartesian, (), N, N, MOVES>,
     flash: &'m mut Flash,
     wire: &'m mut Wire,
-    world: World,
+    world: World<N>,
     /// When it was powered up, counted from the first power-up.
     begun: Cycle,
 }
 
-impl<'m> Session<'m> {
+impl<'m, const N: usize> Session<'m, N> {
     /// Powers the machine up, at `begun` after the first power-up.
     pub(super) fn power_up(
-        memory: &'m mut Memory<3, 3, MOVES>,
-        setup: &Setup<3>,
+        memory: &'m mut Memory<N, N, MOVES>,
+        setup: &Setup<N>,
         flash: &'m mut Flash,
         wire: &'m mut Wire,
-        world: &World,
+        world: &World<N>,
         begun: Cycle,
     ) -> Self {
         let mut sim = Simulation::new(memory, setup, Cartesian, ());
@@ -94,7 +95,7 @@ impl<'m> Session<'m> {
     }
 
     /// The state that stays when the power goes off.
-    pub(super) fn world(&self) -> World {
+    pub(super) fn world(&self) -> World<N> {
         let plant = &self.sim.board().plant;
         World {
             levels: *plant.levels(),
@@ -127,7 +128,11 @@ impl<'m> Session<'m> {
                 self.world.switches.clear();
                 self.sim.remove_switches();
             }
-            Op::Place(place) => self.sim.place_unseen(*place),
+            Op::Place(place) => {
+                let of = |motor| place.get(motor).copied();
+                self.sim
+                    .place_unseen(from_fn(|motor| of(motor).unwrap_or(0)));
+            }
             Op::PowerCycle => self.save(),
         }
     }

@@ -8,28 +8,28 @@ use leadscrew_planner::Kinematics;
 
 /// Inputs, switches and carriages.
 #[derive(Clone, Debug)]
-pub(super) struct World {
+pub(super) struct World<const N: usize> {
     pub(super) levels: Switches,
     pub(super) switches: Vec<Switch>,
-    pub(super) carriages: [i32; 3],
+    pub(super) carriages: [i32; N],
 }
 
-impl World {
+impl<const N: usize> World<N> {
     /// A world without switches: all inputs open, the carriages at 0.
     pub(super) fn new() -> Self {
         Self {
             levels: Switches::OPEN,
             switches: Vec::new(),
-            carriages: [0; 3],
+            carriages: [0; N],
         }
     }
 
     /// Connects this world to a machine that has not booted yet.
     pub(super) fn wire_to<K, O, const MOVES: usize>(
         &self,
-        sim: &mut Simulation<'_, K, O, 3, 3, MOVES>,
+        sim: &mut Simulation<'_, K, O, N, N, MOVES>,
     ) where
-        K: Kinematics<3, 3> + Clone,
+        K: Kinematics<N, N> + Clone,
         O: Observer,
     {
         let levels = &self.levels;

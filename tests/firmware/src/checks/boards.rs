@@ -186,7 +186,9 @@ pub(crate) fn more(firmware: &Firmware) -> Result<Figures, Failure> {
         let works = works.map_err(|Failure(words)| Failure(format!("{name}: {words}")))?;
         figures.add(name, format!("{works}; {safe}"));
     }
-    figures.add("four axes", four_axes(firmware)?);
+    let missing = || Failure("four-axes has not been built".into());
+    let build = firmware.four_axes.as_ref().ok_or_else(missing)?;
+    figures.add("four axes", ensure_four_axes(build, &four_axes()?)?);
     Ok(figures)
 }
 
@@ -195,13 +197,15 @@ const CARRIAGES: [Carriage; 3] = [(0, 750, 250), (1, 1250, 250), (2, 500, 250)];
 /// All axes together, then the rotary table alone, in both directions.
 const TURNS: &str = "G21G91G94\nG1X-4Y-2Z-1A90F1000\nA-45F3000\nX2Y1Z0.5A360\nG0X-1A-30\n";
 
+/// The machine with a fourth axis.
+pub(super) fn four_axes() -> Result<Profile, Failure> {
+    let file = job::repository().join("tests/firmware/four_axes.toml");
+    Ok(Profile::load(&file)?)
+}
+
 /// Checks a machine with a fourth axis on an SKR 2: it homes, reports four axes, and steps them to
 /// the tick.
-fn four_axes(firmware: &Firmware) -> Result<String, Failure> {
-    let missing = || Failure("four-axes has not been built".into());
-    let build = firmware.four_axes.as_ref().ok_or_else(missing)?;
-    let file = job::repository().join("tests/firmware/four_axes.toml");
-    let profile = Profile::load(&file)?;
+pub(super) fn ensure_four_axes(build: &Build, profile: &Profile) -> Result<String, Failure> {
     let mut bench = Bench::boot(build)?;
     machines::home(&mut bench, &CARRIAGES)?;
     let status = bench.status()?;
@@ -213,7 +217,7 @@ fn four_axes(firmware: &Firmware) -> Result<String, Failure> {
     let before = format!("$H\n{}", turns.settings);
     compare::to_the_tick(
         &steps,
-        &desk::plan_machine(&profile, &before, &turns.program)?,
+        &desk::plan_machine_with(profile, build.timing, &before, &turns.program)?,
     )?;
     ensure_stops(build)?;
     Ok(format!("{} step events to the tick", steps.len()))

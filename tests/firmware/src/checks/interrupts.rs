@@ -11,14 +11,16 @@ use leadscrew_f407emu::{Exception, Service};
 const REST: u64 = 16_800;
 /// Ticks nearer to each other than this may come too late, cycles: 168 000 a second.
 const FAST: u64 = 1_000;
-/// A tick that takes longer than this is taken to load a segment, cycles. The check
-/// `step-interrupt` makes sure that such ticks are few.
+/// A tick that takes longer than this is taken to load a segment, cycles, with three motors. The
+/// check `step-interrupt` makes sure that such ticks are few.
 pub(super) const TICK: u64 = 230;
+/// How much longer a tick of four motors may take.
+const FOURTH: u64 = 40;
 
 /// The lengths of services in cycles, in order of time, without the interrupts nested in them.
 #[derive(Default)]
 pub(super) struct Interrupts {
-    /// Ticks at which three motors stepped, and no segment was loaded.
+    /// Ticks at which all motors stepped, and no segment was loaded.
     pub(super) stepping: Vec<u64>,
     /// Ticks that loaded a segment.
     pub(super) loads: Vec<u64>,
@@ -39,18 +41,21 @@ impl Interrupts {
             all.filter(move |service| service.exception == exception)
         };
         let edges = &bench.pins.steps;
+        let motors = bench.wiring.step.len();
+        let all_motors = (1 << motors) - 1;
+        let plain = TICK + if motors > 3 { FOURTH } else { 0 };
         let all_step = |tick: &&Service| {
             let next = edges.partition_point(|step| step.edge() < tick.entry);
             let step = edges.get(next).filter(|step| step.edge() < tick.exit);
-            step.is_some_and(|step| step.motors == 0b111)
+            step.is_some_and(|step| step.motors == all_motors)
         };
         let ticks: Vec<&Service> = services(STEP_IRQ).collect();
         let Some((last, before)) = ticks.split_last() else {
             return Interrupts::default();
         };
-        let (loads, plain): (Vec<&Service>, Vec<&Service>) =
-            before.iter().partition(|tick| length(tick) > TICK);
-        let stepping = plain.into_iter().filter(all_step).map(length);
+        let (loads, others): (Vec<&Service>, Vec<&Service>) =
+            before.iter().partition(|tick| length(tick) > plain);
+        let stepping = others.into_iter().filter(all_step).map(length);
         let mut interrupts = Interrupts {
             stepping: stepping.collect(),
             loads: loads.into_iter().map(length).collect(),

@@ -8,8 +8,10 @@ use super::{
 };
 use crate::{
     bench::{ensure, fail, Bench, Failure},
-    firmware::{Build, Firmware},
-    wiring::{Wiring, DISCOVERY, FLY_407ZG, MACHINE_003, OCTOPUS, ROBIN_NANO_V3, SKR_2, SPIDER},
+    firmware::{Build, Firmware, Others},
+    wiring::{
+        Wiring, DISCOVERY, DUAL_Y, FLY_407ZG, MACHINE_003, OCTOPUS, ROBIN_NANO_V3, SKR_2, SPIDER,
+    },
 };
 use leadscrew_boards::Board;
 use leadscrew_f407emu::{Pin, ResetCause};
@@ -23,6 +25,8 @@ const DRIVEN_LONGEST_US: f64 = 150.0;
 /// The most that a tick which loads a segment may take, cycles: what `profile/recorded.rs` of the
 /// board says of a line.
 const LOADING: u64 = 588;
+/// The same with four motors.
+const LOADING_FOUR: u64 = 722;
 /// How much more a tick may take than with pins that are compiled in.
 const DEARER_PERCENT: u64 = 10;
 /// Levels of the power of the Discovery and of machine 003, which have TIM4 and TIM1.
@@ -63,6 +67,74 @@ pub(crate) fn records(firmware: &Firmware) -> Result<Figures, Failure> {
     Ok(figures)
 }
 
+/// Lines that are answered by the machine's axes, and by their settings.
+const OF_AXES: [&str; 9] = [
+    "$I",
+    "$$",
+    "$+",
+    "$ES",
+    "$#",
+    "$103",
+    "$103=1",
+    "G1A1F100",
+    "$J=A1F100",
+];
+
+/// Checks that two builds answer alike, to the byte.
+fn ensure_alike(one: &Build, other: &Build) -> Result<(), Failure> {
+    let (mut one, mut other) = (Bench::boot(one)?, Bench::boot(other)?);
+    for line in OF_AXES {
+        let (expected, found) = (one.say(line)?, other.say(line)?);
+        ensure(expected == found && !found.is_empty(), || {
+            format!("{line}: {expected:?}, from its record {found:?}")
+        })?;
+    }
+    Ok(())
+}
+
+/// One build for four motors: each record makes it a machine of its own, as a build with pins
+/// compiled in does.
+pub(crate) fn machines(firmware: &Firmware) -> Result<Figures, Failure> {
+    let [x, y, z, _] = AWAY;
+    let (others, power) = (&firmware.others, SKR_2_POWER);
+    let mut figures = Figures::default();
+    for (name, wiring, wired) in [
+        ("skr-2", &SKR_2, &others.skr_2),
+        ("skr-2-dual-y", &DUAL_Y, &others.dual_y),
+        ("skr-2-core-xy", &SKR_2, &others.core_xy),
+    ] {
+        let build = firmware.of_four_motors(name, wiring)?;
+        let works = || {
+            let safe = start_up::ensure_off_within(&build, &[], DRIVEN_US)?;
+            ensure_alike(wired, &build)?;
+            let works = match name {
+                "skr-2-dual-y" => boards::ensure_works(&build, Belts::Straight, power, AWAY, ALL)?,
+                "skr-2-core-xy" => {
+                    boards::ensure_works(&build, Belts::Crossed, power, [x, y, z], ALL)?
+                }
+                _ => boards::ensure_works(&build, Belts::Straight, power, [x, y, z], ALL)?,
+            };
+            Ok(format!("{works}; {safe}"))
+        };
+        let named = |Failure(words)| Failure(format!("{name}: {words}"));
+        figures.add(name, works().map_err(named)?);
+    }
+    figures.add("four axes", four_axes(firmware)?);
+    Ok(figures)
+}
+
+/// The machine with a fourth axis, from a record.
+fn four_axes(firmware: &Firmware) -> Result<String, Failure> {
+    let profile = boards::four_axes()?;
+    let board = Board::find("skr-2", Path::new("")).map_err(Failure)?;
+    let record = profile.fitted(&board)?.record_for(&profile.recorded()?)?;
+    let build = firmware.four_motors.with_record(&record);
+    // The file has more settings than the board's.
+    let safe = start_up::ensure_off_within(&build, &[], DRIVEN_LONGEST_US)?;
+    let works = boards::ensure_four_axes(&build, &profile)?;
+    Ok(format!("{works}; {safe}"))
+}
+
 /// The Discovery with the longest record: settings that no machine has.
 fn longest(firmware: &Firmware) -> Result<Build, Failure> {
     const UNKNOWN: usize = 900;
@@ -76,30 +148,51 @@ fn longest(firmware: &Firmware) -> Result<Build, Failure> {
 }
 
 /// The cost of pins that are not compiled in: on a board with all steps on one port, and on one with
-/// three.
+/// three, with three motors and with four.
 pub(crate) fn interrupt(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
     let mut costs = Vec::new();
-    let skr_2 = &firmware.others.skr_2;
-    for (name, wiring, wired) in [
-        ("discovery", &DISCOVERY, &firmware.usual),
-        ("skr-2", &SKR_2, skr_2),
+    let Others { skr_2, dual_y, .. } = &firmware.others;
+    let recorded = |name, wiring| firmware.recorded(name, wiring);
+    for (name, wired, build, most) in [
+        (
+            "discovery",
+            &firmware.usual,
+            recorded("discovery", &DISCOVERY)?,
+            LOADING,
+        ),
+        ("skr-2", skr_2, recorded("skr-2", &SKR_2)?, LOADING),
+        (
+            "skr-2-dual-y",
+            dual_y,
+            firmware.of_four_motors("skr-2-dual-y", &DUAL_Y)?,
+            LOADING_FOUR,
+        ),
     ] {
         let (before, compiled_in) = timing::measure(wired)?;
-        let (after, recorded) = timing::measure(&firmware.recorded(name, wiring)?)?;
+        let (after, recorded) = timing::measure(&build)?;
         figures.add(format!("{name}, compiled in"), format!("\n{compiled_in}"));
         figures.add(format!("{name}, from its record"), format!("\n{recorded}"));
         let middle = |interrupts: &Interrupts| middle_and_most(&interrupts.stepping).0;
-        costs.push((name, middle(&before), middle(&after), after.longest()));
+        let longest = (after.longest(), most);
+        costs.push((name, middle(&before), middle(&after), longest));
     }
-    for (name, before, tick, longest) in costs {
+    for (name, before, tick, (longest, most)) in costs {
         ensure(100 * tick <= (100 + DEARER_PERCENT) * before, || {
             format!("{name}: a tick takes {tick} cycles in place of {before}\n{figures}")
         })?;
-        ensure(longest <= LOADING, || {
+        ensure(longest <= most, || {
             format!("{name}: a tick takes {longest} cycles\n{figures}")
         })?;
     }
+    // A fourth motor that is absent costs as much as one that is there.
+    let absent = firmware.of_four_motors("skr-2", &SKR_2)?;
+    let longest = Interrupts::of(&timing::busy_with_three_motors(&absent)?).longest();
+    figures.add(
+        "skr-2, without its fourth motor",
+        format!("{longest} cycles at most"),
+    );
+    ensure(longest <= LOADING_FOUR, || format!("{figures}"))?;
     Ok(figures)
 }
 

@@ -62,7 +62,7 @@ fn stop_by(mut bench: Bench, pin: Pin, words: &str) -> Result<Stopped, Failure> 
 
 /// Closes `pins` in turn at many instants.
 fn stop_at_many(firmware: &Firmware, pins: &[Pin], words: &str) -> Result<Figures, Failure> {
-    let mut base = moving(&firmware.usual, 0.2)?;
+    let mut base = moving(&firmware.usual, 0.21)?;
     base.cold();
     let mut all = Vec::new();
     for pin in pins.iter().cycle().take(EDGES) {

@@ -159,7 +159,7 @@ pub(super) fn longest_tick(bench: &Bench) -> u64 {
 /// The width of the pulses that [`busy_with_three_motors`] makes, µs.
 pub(super) const PULSE_US: u32 = 3;
 
-/// Runs three motors together up to 100 000 steps/s and back, with cold caches and power that
+/// Runs three axes together up to 100 000 steps/s and back, with cold caches and power that
 /// changes at every tick.
 pub(super) fn busy_with_three_motors(build: &Build) -> Result<Bench, Failure> {
     let mut bench = Bench::boot(build)?;
@@ -175,7 +175,7 @@ pub(super) fn busy_with_three_motors(build: &Build) -> Result<Bench, Failure> {
     Ok(bench)
 }
 
-/// Measures the step interrupts with three motors; the interrupts and their figures.
+/// Measures the step interrupts with all motors; the interrupts and their figures.
 pub(super) fn measure(build: &Build) -> Result<(Interrupts, Figures), Failure> {
     let bench = busy_with_three_motors(build)?;
     let interrupts = Interrupts::of(&bench);
@@ -188,13 +188,11 @@ pub(super) fn measure(build: &Build) -> Result<(Interrupts, Figures), Failure> {
             format!("{middle} cycles in the middle, {most} at most, {count} interrupts"),
         );
     };
-    add("three motors step, entry to exit", &interrupts.stepping);
+    add("all motors step, entry to exit", &interrupts.stepping);
     add("a tick that loads a segment", &interrupts.loads);
     add("a pulse ends", &interrupts.ends);
     if interrupts.stepping.is_empty() {
-        return fail(format!(
-            "no interrupt with three motors stepping\n{figures}"
-        ));
+        return fail(format!("no interrupt with all motors stepping\n{figures}"));
     }
     Ok((interrupts, figures))
 }

@@ -174,7 +174,6 @@ impl fmt::Display for AlarmInfo {
 mod tests {
     use super::*;
     use crate::protocol::report::MAX_LINE;
-    use crate::settings::values::Settings;
     use std::string::{String, ToString};
     use std::vec::Vec;
 
@@ -202,7 +201,7 @@ mod tests {
     #[test]
     fn every_line_has_its_fields_and_room() {
         let mut lines: Vec<(String, usize)> = Vec::new();
-        for key in Settings::<9>::keys() {
+        for key in Key::all(9) {
             lines.push((SettingInfo::of(key, 0).to_string(), 10));
             lines.push((Description::from(key).to_string(), 2));
         }

@@ -18,6 +18,7 @@ pub use parameters::{ParameterLine, Parameters, ProbeReport};
 pub use status::{Accessories, OverridePercents, Pins, Room, StatusReport, Turning};
 
 use super::decimal::Decimal;
+use crate::config::AxisKind;
 use crate::interpreter::MAX_WORD;
 use core::fmt;
 use leadscrew_gcode::Number;
@@ -44,8 +45,8 @@ pub type Coordinates<const AXES: usize> = [Number; AXES];
 pub struct Units<const AXES: usize> {
     /// Inches, not millimetres.
     pub inches: bool,
-    /// Which axes turn: degrees in any case.
-    pub rotary: [bool; AXES],
+    /// The kind of each axis: one that turns is in degrees in any case.
+    pub axes: [AxisKind; AXES],
 }
 
 impl<const AXES: usize> Units<AXES> {
@@ -75,11 +76,11 @@ impl<const AXES: usize> Units<AXES> {
     /// Writes coordinates, with commas between them.
     fn list(&self, f: &mut fmt::Formatter<'_>, values: &Coordinates<AXES>) -> fmt::Result {
         let mut comma = "";
-        for (value, rotary) in values.iter().zip(self.rotary) {
-            let value = if rotary {
-                Decimal::millimetres(*value)
-            } else {
-                self.length(*value)
+        for (value, kind) in values.iter().zip(self.axes) {
+            let value = match kind {
+                AxisKind::Absent => break,
+                AxisKind::Rotary => Decimal::millimetres(*value),
+                AxisKind::Linear | AxisKind::Extruder => self.length(*value),
             };
             write!(f, "{comma}{value}")?;
             comma = ",";
@@ -96,11 +97,11 @@ mod samples {
 
     pub(super) const MILLIMETRES: Units<3> = Units {
         inches: false,
-        rotary: [false; 3],
+        axes: [AxisKind::Linear; 3],
     };
     pub(super) const INCHES: Units<3> = Units {
         inches: true,
-        rotary: [false; 3],
+        axes: [AxisKind::Linear; 3],
     };
 
     pub(super) fn number(text: &str) -> Number {

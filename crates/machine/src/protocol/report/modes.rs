@@ -76,7 +76,7 @@ impl fmt::Display for ModesReport {
         }
         let units = Units {
             inches: self.inches,
-            rotary: [],
+            axes: [],
         };
         write!(
             f,

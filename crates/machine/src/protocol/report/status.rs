@@ -218,6 +218,7 @@ mod tests {
     use super::super::samples::{number, xyz, INCHES, MILLIMETRES};
     use super::super::MAX_LINE;
     use super::*;
+    use crate::config::AxisKind;
     use std::string::ToString;
 
     fn idle() -> StatusReport<3> {
@@ -336,7 +337,7 @@ mod tests {
     fn degrees_never_become_inches() {
         let units = Units {
             inches: true,
-            rotary: [false, false, true],
+            axes: [AxisKind::Linear, AxisKind::Linear, AxisKind::Rotary],
         };
         let report = StatusReport {
             position: xyz("25.4", "0", "90"),
@@ -403,7 +404,7 @@ mod tests {
             extra: Extra::WorkOffset,
             units: Units {
                 inches: false,
-                rotary: [false; 6],
+                axes: [AxisKind::Linear; 6],
             },
         };
         assert!(
