@@ -171,7 +171,7 @@ fn a_curve_of_a_few_steps_keeps_the_acceleration() {
 /// allow anywhere.
 #[test]
 fn lines_beside_a_curve_take_no_longer_than_lines() {
-    for heading in [0.3, 0.5236, 0.7854, 1.2] {
+    for heading in [0.3, 0.6, core::f64::consts::FRAC_PI_4, 1.2] {
         let lead = Lead {
             heading,
             radius: 1.0,
