@@ -9,6 +9,8 @@ use crate::{
 
 /// With this filter time the button is not accepted within 10 ms.
 const SETTINGS: &str = "$706=10000\n";
+/// The level of the button is looked at 10 ms after its edge. Nothing may press it again then.
+const SETTLING_SECONDS: f64 = 0.02;
 /// How often each time is measured.
 const TIMES: u32 = 8;
 /// The bounds of the time, µs. The flash programs four words; the data sheet gives 16 µs a word as
@@ -19,6 +21,7 @@ const MOST_US: f64 = 500.0;
 
 /// The time from M8 to M9 with this line between them, µs.
 fn between(board: &mut Board<'_>, line: &str) -> Result<f64, Failure> {
+    board.wait(SETTLING_SECONDS)?;
     board.capture(&[Signal::Flood])?;
     board.stream(&format!("M8\n{line}\nM9\n"))?;
     match board.edges(Signal::Flood)?.pulses().as_slice() {
