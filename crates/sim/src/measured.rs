@@ -55,7 +55,7 @@ pub const PIXEL: u32 = 2946;
 pub const SEGMENT: u32 = 1551;
 
 /// A queued move whose time is added up for a report.
-pub const TIMED: u32 = 3657;
+pub const TIMED: u32 = 4114;
 
 /// A status report.
 pub const REPORT: u32 = 11477;
