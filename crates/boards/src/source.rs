@@ -31,32 +31,10 @@ impl Board {
         let limits = self.motor.iter().map(|motor| motor.limit);
         let limits = limits.chain(spare.map(|motor| motor.limit)).map(input);
         let synchronised = self.sockets.outputs.iter().map(|one| output_literal(*one));
-        let heaters = &self.sockets.heaters;
-        if !heaters.is_empty() {
-            let sensors = heaters.iter().map(|heater| {
-                let of = channel(heater.sensor).unwrap_or(0);
-                format!("({}, {of})", literal(heater.sensor))
-            });
-            let count = heaters.len();
-            let fault = input(self.sockets.heater_fault);
-            text += &format!(
-                "pub(crate) const SENSORS: [(Pin, u8); {count}] = {};
-pub(crate) const HEATER_FAULT: Option<crate::gpio::Input> = {fault};\n",
-                list(sensors)
-            );
-        }
-        let captures = self.captures().into_iter().map(|(wire, channel)| {
-            let pin = literal(wire.to);
-            format!("crate::capture::Input {{ pin: {pin}, channel: {channel} }}")
-        });
-        if captures.len() > 0 {
-            let count = captures.len();
-            text += &format!(
-                "pub(crate) const CAPTURES: [crate::capture::Input; {count}] = {};\n",
-                list(captures)
-            );
-        }
-        let heaters = heaters.iter().map(|one| output_literal(one.output()));
+        text += &self.sensors();
+        text += &self.capture_inputs();
+        let heaters = self.sockets.heaters.iter();
+        let heaters = heaters.map(|one| output_literal(one.output()));
         let outputs = &self.outputs;
         let fields = [
             ("name", format!("{:?}", self.name)),
@@ -82,6 +60,40 @@ pub(crate) const HEATER_FAULT: Option<crate::gpio::Input> = {fault};\n",
             let _ = writeln!(text, "    {name}: {value},");
         }
         text + "};\n"
+    }
+
+    /// The sensors of the heaters and the input of their fault, where there are heaters.
+    fn sensors(&self) -> String {
+        let heaters = &self.sockets.heaters;
+        if heaters.is_empty() {
+            return String::new();
+        }
+        let sensors = heaters.iter().map(|heater| {
+            let of = channel(heater.sensor).unwrap_or(0);
+            format!("({}, {of})", literal(heater.sensor))
+        });
+        format!(
+            "pub(crate) const SENSORS: [(Pin, u8); {}] = {};
+pub(crate) const HEATER_FAULT: Option<crate::gpio::Input> = {};\n",
+            heaters.len(),
+            list(sensors),
+            input(self.sockets.heater_fault)
+        )
+    }
+
+    /// The inputs that capture edges, where wires lead to any.
+    fn capture_inputs(&self) -> String {
+        let captures = self.captures().into_iter().map(|(wire, channel)| {
+            let pin = literal(wire.to);
+            format!("crate::capture::Input {{ pin: {pin}, channel: {channel} }}")
+        });
+        match captures.len() {
+            0 => String::new(),
+            count => format!(
+                "pub(crate) const CAPTURES: [crate::capture::Input; {count}] = {};\n",
+                list(captures)
+            ),
+        }
     }
 
     /// The module for a machine without a file of its own: how many motors move which axes, and the

@@ -90,77 +90,79 @@ fn a_wire_leads_from_an_output_to_a_capture_or_to_an_input() {
     assert!(beside_usart_2[0].contains("stream 6 of DMA1 is the serial line's"));
 }
 
+/// A text of the Discovery's file, another one in its place, and a part of what is found wrong.
+const WRONG: &[(&str, &str, &str)] = &[
+    // A pin that is used twice, one that the chip lacks, one of USB, one of the debug port, and
+    // one without a place on the board.
+    (
+        r#"step = "PE8""#,
+        r#"step = "PE7""#,
+        "PE7: step of motor 1, and step of motor 2",
+    ),
+    (r#"step = "PE8""#, r#"step = "PF8""#, "the chip has no PF8"),
+    (r#"step = "PE8""#, r#"step = "PA11""#, "PA11 is USB's"),
+    (
+        r#"step = "PE8""#,
+        r#"step = "PA14""#,
+        "PA14 is the debug port's",
+    ),
+    (
+        r#"step = "PE8""#,
+        r#"step = "PB2""#,
+        "`at` does not say where PB2 is",
+    ),
+    // Two inputs on one EXTI line; a function that the pin does not have.
+    (
+        r#"probe = { pin = "PC1" }"#,
+        r#"probe = { pin = "PC4" }"#,
+        "on line 4 of EXTI",
+    ),
+    (
+        r#"transmit = "PA2""#,
+        r#"transmit = "PA9""#,
+        "PA9 cannot be USART2_TX",
+    ),
+    ("usart = 2", "usart = 3", "USART3 is not 1 or 2"),
+    (
+        r#"pin = "PB5", sensor = "PB0""#,
+        r#"pin = "PB5", sensor = "PB2""#,
+        "PB2 is no channel of ADC1",
+    ),
+    (
+        "channel = 1",
+        "channel = 2",
+        "PD12 cannot be channel 2 of TIM4",
+    ),
+    ("timer = 4", "timer = 2", "TIM2 is not one of"),
+    (
+        "frequency = 10_000",
+        "frequency = 200_000",
+        "200000 Hz are not",
+    ),
+    // Mistakes in clock and flash.
+    (
+        "crystal = 8_000_000",
+        "crystal = 11_059_200",
+        "do not make 168 MHz",
+    ),
+    (
+        "settings = [1, 2]",
+        "settings = [1, 3]",
+        "one behind the other",
+    ),
+    (
+        "start = 0x0800_0000",
+        "start = 0x0800_1000",
+        "no sector begins",
+    ),
+    // Texts that do not describe a board.
+    (r#"step = "PE8""#, r#"step = "E8""#, "is no pin"),
+    ("crystal", "cristal", "unknown field `cristal`"),
+];
+
 #[test]
 fn a_wrong_board_is_told_what_is_wrong() {
-    let cases = [
-        // A pin that is used twice, one that the chip lacks, one of USB, one of the debug port, and
-        // one without a place on the board.
-        (
-            r#"step = "PE8""#,
-            r#"step = "PE7""#,
-            "PE7: step of motor 1, and step of motor 2",
-        ),
-        (r#"step = "PE8""#, r#"step = "PF8""#, "the chip has no PF8"),
-        (r#"step = "PE8""#, r#"step = "PA11""#, "PA11 is USB's"),
-        (
-            r#"step = "PE8""#,
-            r#"step = "PA14""#,
-            "PA14 is the debug port's",
-        ),
-        (
-            r#"step = "PE8""#,
-            r#"step = "PB2""#,
-            "`at` does not say where PB2 is",
-        ),
-        // Two inputs on one EXTI line; a function that the pin does not have.
-        (
-            r#"probe = { pin = "PC1" }"#,
-            r#"probe = { pin = "PC4" }"#,
-            "on line 4 of EXTI",
-        ),
-        (
-            r#"transmit = "PA2""#,
-            r#"transmit = "PA9""#,
-            "PA9 cannot be USART2_TX",
-        ),
-        ("usart = 2", "usart = 3", "USART3 is not 1 or 2"),
-        (
-            r#"pin = "PB5", sensor = "PB0""#,
-            r#"pin = "PB5", sensor = "PB2""#,
-            "PB2 is no channel of ADC1",
-        ),
-        (
-            "channel = 1",
-            "channel = 2",
-            "PD12 cannot be channel 2 of TIM4",
-        ),
-        ("timer = 4", "timer = 2", "TIM2 is not one of"),
-        (
-            "frequency = 10_000",
-            "frequency = 200_000",
-            "200000 Hz are not",
-        ),
-        // Mistakes in clock and flash.
-        (
-            "crystal = 8_000_000",
-            "crystal = 11_059_200",
-            "do not make 168 MHz",
-        ),
-        (
-            "settings = [1, 2]",
-            "settings = [1, 3]",
-            "one behind the other",
-        ),
-        (
-            "start = 0x0800_0000",
-            "start = 0x0800_1000",
-            "no sector begins",
-        ),
-        // Texts that do not describe a board.
-        (r#"step = "PE8""#, r#"step = "E8""#, "is no pin"),
-        ("crystal", "cristal", "unknown field `cristal`"),
-    ];
-    for (from, to, expected) in cases {
+    for (from, to, expected) in WRONG {
         let found = findings("discovery", from, to);
         let told = found.iter().any(|finding| finding.contains(expected));
         assert!(told, "{to}: {found:?}");
