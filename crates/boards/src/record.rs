@@ -141,7 +141,7 @@ impl Board {
         }
     }
 
-    /// All motors: those of the axes, and the one in the socket that the machine uses.
+    /// The motors of the axes, then the motor in the `motor` socket, if the machine uses it.
     fn motors(&self) -> impl Iterator<Item = MotorSocket> + '_ {
         let own = self.motor.iter().map(|motor| MotorSocket {
             step: motor.step,

@@ -90,7 +90,7 @@ fn a_wire_leads_from_an_output_to_a_capture_or_to_an_input() {
     assert!(beside_usart_2[0].contains("stream 6 of DMA1 is the serial line's"));
 }
 
-/// A text of the Discovery's file, another one in its place, and a part of what is found wrong.
+/// A text in the Discovery's file, the text that replaces it, and a part of the expected message.
 const WRONG: &[(&str, &str, &str)] = &[
     // A pin that is used twice, one that the chip lacks, one of USB, one of the debug port, and
     // one without a place on the board.

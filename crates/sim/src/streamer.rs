@@ -32,7 +32,7 @@ pub enum Reply<'a> {
         line: u64,
         /// GRBL's number.
         code: u8,
-        /// The line as it stands in the program; [`as_sent`] is what the machine got.
+        /// The line as it stands in the program. The machine got [`as_sent`] of it.
         text: &'a [u8],
     },
     /// The machine locked itself.

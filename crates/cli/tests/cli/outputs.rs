@@ -246,7 +246,7 @@ fn the_readme_shows_what_run_and_profile_print() {
     }
 }
 
-/// The pictures of the README are those of its commands.
+/// The README's commands draw the README's pictures.
 #[test]
 fn the_pictures_of_the_readme_are_those_of_today() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");

@@ -66,7 +66,7 @@ impl Whereabouts {
     }
 }
 
-/// What is left of a part of a move that turns.
+/// The rest of a part of a move, from the place of motion on. The path turns in it.
 struct Part<const AXES: usize> {
     steps_after: u32,
     /// mm.

@@ -7,16 +7,16 @@ use leadscrew_machine::config::{MachineConfig, Options, SwitchRules};
 use leadscrew_planner::Train;
 use std::fmt;
 
-/// The error of a machine of which a record cannot say something: what, as its file calls it.
+/// A machine's file has a key that a board's record has no field for. The key is kept.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct NotInRecord(&'static str);
 
 impl fmt::Display for NotInRecord {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let what = self.0;
+        let key = self.0;
         write!(
             f,
-            "{what}: no board's record says this; build the firmware with `cargo fw --machine`"
+            "{key}: no board's record says this; build the firmware with `cargo fw --machine`"
         )
     }
 }
@@ -36,11 +36,11 @@ impl Profile {
     /// The machine, as the record of its board describes it.
     ///
     /// # Errors
-    /// Something of the machine is not in a record.
+    /// The file has a key that a record has no field for.
     pub fn recorded(&self) -> Result<Machine, NotInRecord> {
         let config = self.bare_config::<MOST_AXES>();
-        if let Some(what) = self.beyond_a_record(&config) {
-            return Err(NotInRecord(what));
+        if let Some(key) = self.beyond_a_record(&config) {
+            return Err(NotInRecord(key));
         }
         let turns = self.all_axes().enumerate();
         let settings = self.first_settings().into_iter();

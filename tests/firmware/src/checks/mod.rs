@@ -302,7 +302,7 @@ pub(crate) const CHECKS: &[Check] = &[
     },
     Check {
         name: "record-machines",
-        what: "a build without pins for four motors runs with the records of the SKR 2, plain, with two motors on Y, with crossed belts, with four axes: answers and steps as with pins compiled in",
+        what: "the image for four motors runs with four records of an SKR 2 (plain, two motors on Y, crossed belts, four axes): each answers and steps as the build with these pins",
         subset: true,
         run: records::machines,
     },
