@@ -140,6 +140,7 @@ fn an_axis_that_is_absent_is_never_heard_of() {
     let written = cases_in(&folder().join("written"));
     for (name, case) in cases().into_iter().chain(written) {
         let (three, four) = (replay(&case).unwrap(), replay_on::<4>(&case).unwrap());
+        assert_eq!(three.exchanges.len(), four.exchanges.len(), "{name}");
         for (three, four) in three.exchanges.iter().zip(&four.exchanges) {
             assert_eq!(three.recv, four.recv, "{name}: {}", three.op);
         }
