@@ -31,7 +31,6 @@ impl History {
     }
 
     /// Notes that the machine leaves `state`.
-    #[inline(never)] // wherever the state changes: 0.8 KB of a firmware
     pub(crate) fn leaves(&mut self, state: State) {
         if let Some(place) = self.states.get_mut(self.entered % STATES) {
             *place = state;

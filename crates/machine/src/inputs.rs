@@ -216,7 +216,6 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
     }
 
     /// The motors that are there.
-    #[inline]
     fn motors(&self) -> MotorMask {
         let all = MotorMask::from_bits(((1u16 << MOTORS.min(8)) - 1) as u8);
         if MOTORS <= WITHOUT_EXTRUDER {

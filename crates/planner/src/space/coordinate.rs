@@ -103,7 +103,6 @@ impl StepsPerMm {
     }
 
     /// The nearest `f32`, in steps/mm.
-    #[inline(never)] // asked where settings change: 0.8 KB of a firmware
     pub fn to_f32(self) -> f32 {
         let nanos = NANOS_PER_MM as u64;
         (self.0 / nanos) as f32 + (self.0 % nanos) as f32 / nanos as f32
