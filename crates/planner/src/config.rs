@@ -1,7 +1,7 @@
 //! The planner's knowledge of the machine, and the numbers derived from it.
 
 use crate::path::short::STEPS;
-use crate::real::{most, norm2, sqrt};
+use crate::real::{max, norm2, sqrt};
 use crate::{Kinematics, StepsPerMm};
 use core::array::from_fn;
 use leadscrew_stepper::Ticks;
@@ -143,7 +143,7 @@ impl<const AXES: usize> Limits<AXES> {
             acceleration,
             per_weakest: per_acceleration
                 .iter()
-                .fold(0.0, |weakest, k| most(weakest, *k)),
+                .fold(0.0, |weakest, k| max(weakest, *k)),
             per_acceleration,
             short2: short2(config),
             rounding: config
@@ -160,7 +160,7 @@ impl<const AXES: usize> Limits<AXES> {
 /// The square of the length of [`STEPS`] of the coarsest steps, mm².
 fn short2<const AXES: usize>(config: &Config<AXES>) -> f32 {
     let steps = config.steps_per_mm.iter().map(|scale| 1.0 / scale.to_f32());
-    let length = STEPS as f32 * steps.fold(0.0, most);
+    let length = STEPS as f32 * steps.fold(0.0, max);
     length * length
 }
 

@@ -1,6 +1,6 @@
 //! The requests to the planner, and its own record of them.
 
-use crate::real::least;
+use crate::real::min;
 use crate::{Coordinate, Curve};
 use leadscrew_stepper::{OutputChange, Power};
 
@@ -226,7 +226,7 @@ impl<const AXES: usize, const MOTORS: usize> PlannedMove<AXES, MOTORS> {
     /// The highest squared speed at any override, mm²/s². A plan for it holds at all overrides.
     pub(crate) fn top_v2(&self) -> f32 {
         const HIGHEST_OVERRIDE: f32 = 2.0;
-        let top = least(self.rate, self.feed * HIGHEST_OVERRIDE);
+        let top = min(self.rate, self.feed * HIGHEST_OVERRIDE);
         top * top
     }
 }

@@ -13,7 +13,7 @@ pub(crate) fn sqrt(x: f32) -> f32 {
 }
 
 /// The smaller of two numbers. (`f32::min` is a library call on a Cortex-M4F.)
-pub(crate) fn least(a: f32, b: f32) -> f32 {
+pub(crate) fn min(a: f32, b: f32) -> f32 {
     if b < a {
         b
     } else {
@@ -22,7 +22,7 @@ pub(crate) fn least(a: f32, b: f32) -> f32 {
 }
 
 /// The larger of two numbers.
-pub(crate) fn most(a: f32, b: f32) -> f32 {
+pub(crate) fn max(a: f32, b: f32) -> f32 {
     if b > a {
         b
     } else {
@@ -42,7 +42,7 @@ pub(crate) fn worst<const N: usize>(vector: &[f32; N], reciprocals: &[f32; N]) -
     vector
         .iter()
         .zip(reciprocals)
-        .fold(0.0, |worst, (x, k)| most(worst, x.abs() * k))
+        .fold(0.0, |worst, (x, k)| max(worst, x.abs() * k))
 }
 
 /// A cube root of a positive number, 0.93 to 1.04 times the true one.

@@ -12,7 +12,7 @@
 
 use crate::moves::PlannedMove;
 use crate::planner::nominal;
-use crate::real::{least, most, sqrt};
+use crate::real::{max, min, sqrt};
 use crate::space::axis_limits::AxisLimits;
 use crate::space::course::Whereabouts;
 use crate::speed::profile::{Place, Plan, Trapezoid};
@@ -126,7 +126,7 @@ impl<const AXES: usize, const MOTORS: usize> Over<'_, AXES, MOTORS> {
                 length: at.steps_to(course.steps_after) / per_mm,
                 up: course.up,
                 down: course.down,
-                nominal: least(self.nominal, sqrt(course.top_v2)),
+                nominal: min(self.nominal, sqrt(course.top_v2)),
                 entry: speed,
                 limit_v2: course.exit_v2,
             };
@@ -179,16 +179,16 @@ impl Stretch {
     #[inline(never)] // in firmware it is not worth a copy for each machine
     fn eased(&self, jerk: f32) -> (f32, f32) {
         let limits = Limits {
-            acceleration: least(self.up, self.down),
+            acceleration: min(self.up, self.down),
             jerk,
         };
         let v0 = self.entry;
         let up = |speed| ramp::length(v0, speed, limits);
         let v1 = self.reached(v0, sqrt(self.limit_v2), &up);
         let both = |speed| up(speed) + ramp::length(speed, v1, limits);
-        let peak = self.reached(most(v0, v1), self.nominal, &both);
+        let peak = self.reached(max(v0, v1), self.nominal, &both);
         let ramps = ramp::duration(v0, peak, limits) + ramp::duration(peak, v1, limits);
-        (ramps + most(self.length - both(peak), 0.0) / peak, v1)
+        (ramps + max(self.length - both(peak), 0.0) / peak, v1)
     }
 
     /// The speed nearest to `wanted` at which the ramps fit into the move. `way` answers the length

@@ -15,7 +15,7 @@
 //! Intervals have the 24 significant bits of an `f32`. The error of their rounding is known
 //! exactly, in 2⁻³² counts, and is added to the next segment.
 
-use crate::real::{least, rough_cube_root};
+use crate::real::{min, rough_cube_root};
 use core::num::NonZeroU16;
 use leadscrew_stepper::{Interval, IntervalChange, Smoothing};
 
@@ -26,7 +26,7 @@ const TOLERANCE: f32 = 0.25e-6 / 0.024;
 /// the segment, steps/s) and the acceleration `a` (steps/s², not 0).
 pub(crate) fn longest(v: f32, a: f32, most: f32) -> f32 {
     let ratio = v / a;
-    least(most, rough_cube_root(TOLERANCE * ratio * ratio))
+    min(most, rough_cube_root(TOLERANCE * ratio * ratio))
 }
 
 /// The number of steps, at least 1, of a segment that lasts `most` seconds at most. It begins at

@@ -17,7 +17,7 @@
 use crate::emit::fit::Carry;
 use crate::emit::running::{Aim, Goal, Running, Timing};
 use crate::planner::Outlook;
-use crate::real::{least, sqrt};
+use crate::real::{min, sqrt};
 use crate::{Kinematics, Place, Planner, Profile};
 use leadscrew_stepper::Segment;
 
@@ -227,7 +227,7 @@ where
         } else {
             planner.corner_v2()
         },
-        nominal: least(planner.running_nominal(), sqrt(course.top_v2)),
+        nominal: min(planner.running_nominal(), sqrt(course.top_v2)),
         up: course.up,
         down: course.down,
         stop: course.stop,

@@ -32,7 +32,7 @@
 use super::probe::Probe;
 use super::window::{Window, MM};
 use crate::config::Limits;
-use crate::real::{least, most, norm2, sqrt};
+use crate::real::{max, min, norm2, sqrt};
 use crate::space::polygon::greatest;
 
 /// The error that rounding may make, as a share of the curvature or of the least curvature that
@@ -100,9 +100,9 @@ impl<const AXES: usize> Window<AXES> {
     ) -> Option<Curved<AXES>> {
         probe.goes_on = false;
         let meeting = self.meeting(number);
-        let wanted = least(most(probe.wanted, meeting.shorter), meeting.longest());
-        let room = least(self.room_ahead(number), self.room_behind(number));
-        let reach = least(wanted, room);
+        let wanted = min(max(probe.wanted, meeting.shorter), meeting.longest());
+        let room = min(self.room_ahead(number), self.room_behind(number));
+        let reach = min(wanted, room);
         let bend = self.curvature(number, reach, limits, &mut probe.pieces);
         let reference = meeting.reference(&bend);
         let longer2 = meeting.error(&bend, reach, limits);
@@ -149,7 +149,7 @@ impl<const AXES: usize> Window<AXES> {
             if is_open && !now {
                 return None;
             }
-            let reach = least(length, room);
+            let reach = min(length, room);
             let curved = self.curvature(number, reach, limits, &mut probe.pieces);
             let bend = range.nearest(&curved);
             let longer2 = meeting.error(&bend, reach, limits);
@@ -164,7 +164,7 @@ impl<const AXES: usize> Window<AXES> {
                 return Some((bend, reach));
             }
             range.narrow(&curved, reach, meeting, limits);
-            length = least(length * least(sqrt(longer2), 2.0), meeting.longest());
+            length = min(length * min(sqrt(longer2), 2.0), meeting.longest());
         }
     }
 
@@ -172,9 +172,9 @@ impl<const AXES: usize> Window<AXES> {
         let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
         Meeting {
             lengths: [before.length, after.length],
-            shorter: most(least(before.length, after.length), f32::MIN_POSITIVE),
-            per_top_v2: most(before.piece.per_top_v2, after.piece.per_top_v2),
-            rounding: most(before.piece.rounding, after.piece.rounding),
+            shorter: max(min(before.length, after.length), f32::MIN_POSITIVE),
+            per_top_v2: max(before.piece.per_top_v2, after.piece.per_top_v2),
+            rounding: max(before.piece.rounding, after.piece.rounding),
         }
     }
 
@@ -221,7 +221,7 @@ impl<const AXES: usize> Window<AXES> {
         if drift <= DRIFT * meeting.reference(bend) * curvature {
             return true;
         }
-        let shorter = most(0.5 * reach, meeting.shorter);
+        let shorter = max(0.5 * reach, meeting.shorter);
         let closer = self.curvature(number, shorter, limits, &mut [0; 2]);
         let off = OFF * meeting.rounding / (shorter * shorter);
         let mut axes = closer.iter().zip(bend).zip(&limits.per_acceleration);
@@ -263,13 +263,13 @@ impl<const AXES: usize> Window<AXES> {
 
 impl Meeting {
     fn longest(&self) -> f32 {
-        least(LONGEST * self.shorter, FARTHEST)
+        min(LONGEST * self.shorter, FARTHEST)
     }
 
     /// The value that errors and changes are compared with: the curvature, or the least curvature
     /// that bounds the speed if that is greater, s²/mm².
     fn reference(&self, bend: &[f32]) -> f32 {
-        most(greatest(bend), self.per_top_v2)
+        max(greatest(bend), self.per_top_v2)
     }
 
     /// The error of a curvature measured over a length, divided by the allowed error. Error and
@@ -288,7 +288,7 @@ impl Meeting {
         } else {
             limits.per_weakest
         };
-        let allowed = ALLOWED_ERROR * most(worst, self.per_top_v2);
+        let allowed = ALLOWED_ERROR * max(worst, self.per_top_v2);
         OFF * self.rounding * per_acceleration / (length * length * allowed)
     }
 }
@@ -312,15 +312,15 @@ impl<const AXES: usize> Range<AXES> {
     /// from rounded points, and from points on pieces of uneven length.
     fn narrow(&mut self, bend: &[f32; AXES], length: f32, of: &Meeting, limits: &Limits<AXES>) {
         let per_length2 = 1.0 / (length * length);
-        let longer = most(of.lengths[0], of.lengths[1]);
+        let longer = max(of.lengths[0], of.lengths[1]);
         let rounded = OFF * of.rounding * per_length2;
         let uneven = 0.25 * (longer * longer - of.shorter * of.shorter) * per_length2;
         let axes = bend.iter().zip(&limits.per_acceleration);
         for ([low, high], (bend, per_acceleration)) in self.0.iter_mut().zip(axes) {
             let off = rounded * per_acceleration + uneven * bend.abs();
             (*low, *high) = (
-                most(*low, least(*high, bend - off)),
-                least(*high, most(*low, bend + off)),
+                max(*low, min(*high, bend - off)),
+                min(*high, max(*low, bend + off)),
             );
         }
     }
@@ -328,7 +328,7 @@ impl<const AXES: usize> Range<AXES> {
     fn nearest(&self, bend: &[f32; AXES]) -> [f32; AXES] {
         let mut nearest = *bend;
         for (nearest, [low, high]) in nearest.iter_mut().zip(&self.0) {
-            *nearest = most(least(*nearest, *high), *low);
+            *nearest = max(min(*nearest, *high), *low);
         }
         nearest
     }

@@ -29,7 +29,7 @@
 //! ```
 
 use crate::config::Limits;
-use crate::real::{most, norm2, sqrt, worst};
+use crate::real::{max, norm2, sqrt, worst};
 
 /// Corners whose `|cos θ|` is within this of 1 count as straight on or as reversal (Grbl:
 /// 0.999999).
@@ -58,7 +58,7 @@ pub(crate) fn junction_v2<const AXES: usize>(
     if sum2 < 2.0 * FLAT {
         return 0.0;
     }
-    let s = most(0.5 * sqrt(sum2) - UNCERTAIN, 0.0);
+    let s = max(0.5 * sqrt(sum2) - UNCERTAIN, 0.0);
     // a = |change| / worst: one factor |change| of the formula's square cancels.
     let per_acceleration = (worst(&change, &limits.per_acceleration)
         + UNCERTAIN * limits.per_weakest)

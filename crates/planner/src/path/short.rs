@@ -19,7 +19,7 @@
 //! joined move (see `joined`).
 
 use super::joined::Joined;
-use crate::real::{least, most};
+use crate::real::{max, min};
 
 /// A move that is shorter than this many of the coarsest steps is joined to the next one. The
 /// direction of a longer move is off by 1/32 at most, and its length by half the square of that,
@@ -115,8 +115,8 @@ impl Motor {
     #[inline(never)] // not once for each motor
     fn lengthen(&mut self, more: i32, done: f32, all: f32) -> bool {
         let end = self.steps as f32;
-        self.smallest = most(self.smallest, (end - 1.0) / done);
-        self.largest = least(self.largest, (end + 1.0) / done);
+        self.smallest = max(self.smallest, (end - 1.0) / done);
+        self.largest = min(self.largest, (end + 1.0) / done);
         let Some(steps) = self.steps.checked_add(more) else {
             return false;
         };

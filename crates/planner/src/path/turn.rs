@@ -18,7 +18,7 @@ use super::probe::Probe;
 use super::window::{Window, PIECES};
 use crate::config::Limits;
 use crate::path::junction::junction_v2;
-use crate::real::{least, most};
+use crate::real::{max, min};
 use crate::space::polygon::cap;
 
 /// The greatest length over which the curvature of a corner is measured, mm.
@@ -140,7 +140,7 @@ impl<const AXES: usize> Window<AXES> {
             self.ends_of_arcs(number, limits, now, probe)?
         };
         Some(Turn {
-            v2: least(least(corner, arcs), cap(&bend)),
+            v2: min(min(corner, arcs), cap(&bend)),
             reach: if is_straight { 0.0 } else { reach },
             bend,
         })
@@ -169,9 +169,9 @@ impl<const AXES: usize> Window<AXES> {
             return now.then_some(v2);
         }
         if self.chords.has(next) {
-            let shorter = least(self.placed(number).length, self.placed(next).length);
+            let shorter = min(self.placed(number).length, self.placed(next).length);
             let bend = self.curvature(next, shorter, limits, &mut [0; 2]);
-            v2 = least(v2, cap(&bend));
+            v2 = min(v2, cap(&bend));
         }
         Some(v2)
     }
@@ -182,7 +182,7 @@ impl<const AXES: usize> Window<AXES> {
         let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
         let corner = junction_v2(&before.piece.direction, &after.piece.direction, limits);
         if self.is_of_bent_piece(number) {
-            least(corner, cap(&self.bent_curve(number, limits)))
+            min(corner, cap(&self.bent_curve(number, limits)))
         } else {
             corner
         }
@@ -206,14 +206,14 @@ impl<const AXES: usize> Window<AXES> {
     #[inline(never)] // few pieces are bent
     fn bent_curve(&self, number: u32, limits: &Limits<AXES>) -> [f32; AXES] {
         let (shorter, _) = self.lengths(number);
-        self.curvature(number, least(shorter, FARTHEST), limits, &mut [0; 2])
+        self.curvature(number, min(shorter, FARTHEST), limits, &mut [0; 2])
     }
 
     /// The lengths of the two pieces that meet at the start of a piece, the shorter one first, mm.
     fn lengths(&self, number: u32) -> (f32, f32) {
         let before = self.placed(number.wrapping_sub(1)).length;
         let after = self.placed(number).length;
-        (least(before, after), most(before, after))
+        (min(before, after), max(before, after))
     }
 
     /// Whether a bent piece ends or begins at the start of this piece, and the path turns to the
@@ -245,7 +245,7 @@ impl<const AXES: usize> Window<AXES> {
     fn corner(&self, number: u32, limits: &Limits<AXES>, now: bool) -> Option<f32> {
         let corner = self.junction(number, limits);
         let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
-        let shorter = least(least(before.length, after.length), FARTHEST);
+        let shorter = min(min(before.length, after.length), FARTHEST);
         let pieces = &mut [0; 2];
         let by_two = cap(&self.curvature(number, shorter, limits, pieces));
         if corner < by_two {
@@ -256,14 +256,14 @@ impl<const AXES: usize> Window<AXES> {
         }
         let first = number.wrapping_sub(self.before(number).min(2));
         let last = number.wrapping_add(self.from(number).min(2));
-        let length = least(
-            least(self.way(first, number), self.way(number, last)),
+        let length = min(
+            min(self.way(first, number), self.way(number, last)),
             FARTHEST,
         );
         let by_four = cap(&self.curvature(number, length, limits, pieces));
         // `corner` is at least `by_two` here. The longer measurement may not make a corner slower
         // than the shorter one does.
-        Some(least(corner, most(by_two, by_four)))
+        Some(min(corner, max(by_two, by_four)))
     }
 
     /// Whether the middle of the shorter piece is farther from the curve than `$11`: the sagitta is
@@ -273,7 +273,7 @@ impl<const AXES: usize> Window<AXES> {
             return false;
         }
         let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
-        let shorter = least(before.length, after.length);
+        let shorter = min(before.length, after.length);
         let per_curvature = shorter * shorter * 0.125;
         curvature2(bend, limits) * per_curvature * per_curvature
             > limits.deviation * limits.deviation
@@ -286,7 +286,7 @@ impl<const AXES: usize> Window<AXES> {
         }
         let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
         let all = before.length + after.length;
-        let share = before.length * after.length / most(all, f32::MIN_POSITIVE);
+        let share = before.length * after.length / max(all, f32::MIN_POSITIVE);
         let (from, to) = (&before.piece.direction, &after.piece.direction);
         let turns = from.iter().zip(to).zip(bend);
         let mut axes = turns.zip(limits.acceleration.iter().zip(&limits.rounding));

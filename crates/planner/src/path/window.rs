@@ -9,7 +9,7 @@
 //! See `turn`.
 
 use super::probe::Probe;
-use crate::real::{least, norm2, sqrt};
+use crate::real::{min, norm2, sqrt};
 use crate::{Coordinate, NANOS_PER_MM};
 
 /// The number of pieces that are remembered: half of them before the turn that is asked for, half
@@ -191,7 +191,7 @@ impl<const AXES: usize> Window<AXES> {
         let course = placed.course;
         let until = placed
             .since
-            .wrapping_add((least(length, FARTHEST) * PER_MM) as u32);
+            .wrapping_add((min(length, FARTHEST) * PER_MM) as u32);
         let change2 = distance2(&self.placed(last.wrapping_sub(1)).course, &course);
         let sharp = self.known <= 1 || change2 > SHARP2;
         self.sharp.set(last, sharp);

@@ -4,7 +4,7 @@
 use super::Planner;
 use crate::config::SLOWEST;
 use crate::moves::PlannedMove;
-use crate::real::{least, most, norm2, sqrt};
+use crate::real::{max, min, norm2, sqrt};
 use crate::{Config, Kinematics};
 
 /// The sum of the least times of the moves that wait.
@@ -36,7 +36,7 @@ impl Backlog {
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
     ) -> u32 {
-        let speed = most(least(planned.feed, self.fastest), SLOWEST);
+        let speed = max(min(planned.feed, self.fastest), SLOWEST);
         (planned.length / speed * 1e6) as u32
     }
 }

@@ -19,7 +19,7 @@ use crate::moves::PlannedMove;
 use crate::path::row::Row;
 use crate::path::short::Short;
 use crate::path::Window;
-use crate::real::{least, sqrt};
+use crate::real::{min, sqrt};
 use crate::space::axis_limits::AxisLimits;
 use crate::space::course::{Course, Whereabouts};
 use crate::{Config, ConfigError, Coordinate, Kinematics, Move, Overrides};
@@ -342,7 +342,7 @@ where
         };
         let (a, seconds) = (running.acceleration, self.config.longest_segment);
         let left = at.steps_to(0) / running.steps_per_mm();
-        let way = least(left, (sqrt(at.v2) + a * seconds) * seconds);
+        let way = min(left, (sqrt(at.v2) + a * seconds) * seconds);
         let exit_v2 = self.limits.unit.v2(self.queue.exit_limit());
         // v² + 2·a·way > exit² + 2·a·(left − way)
         at.v2 - exit_v2 > 2.0 * a * (left - 2.0 * way)

@@ -3,7 +3,7 @@
 use super::Planner;
 use crate::config::{SpeedUnit, PIXELS_A_SECOND, SLOWEST};
 use crate::moves::PlannedMove;
-use crate::real::{least, most, norm2, sqrt, worst};
+use crate::real::{max, min, norm2, sqrt, worst};
 use crate::{Feed, Kinematics, Move, MoveKind, Overrides};
 
 impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
@@ -45,7 +45,7 @@ where
     /// The highest speed of a move, mm/s, by the rates of the axes and the step rate of the board.
     /// The move has `events` steps of the dominant motor on `length` mm.
     pub(super) fn rate(&self, length: f32, events: u32, direction: &[f32; AXES]) -> f32 {
-        least(
+        min(
             1.0 / worst(direction, &self.limits.per_rate),
             self.limits.step_rate * (length / events as f32),
         )
@@ -64,7 +64,7 @@ where
                 return nominal;
             }
             let pixel = planned.length / f32::from(planned.pixels);
-            most(least(nominal, pixel * PIXELS_A_SECOND), SLOWEST)
+            max(min(nominal, pixel * PIXELS_A_SECOND), SLOWEST)
         })
     }
 }
@@ -90,12 +90,12 @@ pub(crate) fn nominal<const AXES: usize, const MOTORS: usize>(
     } else {
         planned.rate
     };
-    most(least(fastest, asked), SLOWEST)
+    max(min(fastest, asked), SLOWEST)
 }
 
 /// The limit of the squared speed at the start of a move, units: by its `corner` (squared speed,
 /// units), by its `nominal` speed and by the nominal speed of the move `before` it (mm/s).
 pub(super) fn cap(unit: SpeedUnit, before: Option<f32>, nominal: f32, corner: u32) -> u32 {
-    let slower = before.map_or(nominal, |before| least(nominal, before));
+    let slower = before.map_or(nominal, |before| min(nominal, before));
     corner.min(unit.units(slower * slower))
 }

@@ -4,7 +4,7 @@
 use crate::ahead::lookahead::{Braking, Ends};
 use crate::config::{Limits, Scales};
 use crate::moves::PlannedMove;
-use crate::real::{least, most, sqrt};
+use crate::real::{max, min, sqrt};
 use crate::space::polygon::{cap, common, Piece, Rise};
 use crate::speed::ramp;
 use crate::Kinematics;
@@ -66,11 +66,11 @@ where
             let v2 = self.limits.unit.v2(of.corner);
             let both = [Rise::Forward, Rise::Backward];
             both.iter().fold(planned.acceleration, |least_left, rise| {
-                least(least_left, piece.left(v2, &of.bend, *rise))
+                min(least_left, piece.left(v2, &of.bend, *rise))
             })
         };
-        let ends = least(left(planned), after.map_or(f32::INFINITY, left));
-        most(ends, STILL * planned.acceleration)
+        let ends = min(left(planned), after.map_or(f32::INFINITY, left));
+        max(ends, STILL * planned.acceleration)
     }
 
     /// By how much a piece may begin faster than the squared speed `v2`, at which it ends at most.
@@ -89,7 +89,7 @@ where
         }
         let peak = piece.peak(end, start, Rise::Backward);
         match v2 > peak.at {
-            true => most(gain, peak.reached - v2),
+            true => max(gain, peak.reached - v2),
             false => gain,
         }
     }
@@ -159,8 +159,8 @@ where
             acceleration,
             jerk: self.jerk,
         };
-        let fastest = most(sqrt(planned.top_v2()), crate::config::SLOWEST);
-        least(
+        let fastest = max(sqrt(planned.top_v2()), crate::config::SLOWEST);
+        min(
             2.0 * acceleration * planned.length,
             ramp::braking(fastest, planned.length, limits),
         )
@@ -190,7 +190,7 @@ pub(super) fn middle<const AXES: usize, const MOTORS: usize>(
     after: Option<&PlannedMove<AXES, MOTORS>>,
 ) -> [f32; AXES] {
     let spread = |of: &PlannedMove<AXES, MOTORS>| {
-        let share = least(of.reach / planned.length, 1.0);
+        let share = min(of.reach / planned.length, 1.0);
         of.bend.map(|bend| bend * share)
     };
     match after.filter(|after| !after.has_corner()) {
@@ -227,7 +227,7 @@ where
                 gains: [unit.units(gain * GAIN_MARGIN); 2],
             };
         }
-        let v2 = least(planned.top_v2(), after.top_v2());
+        let v2 = min(planned.top_v2(), after.top_v2());
         // Where it ends faster than it may begin, braking bounds nothing.
         let top = unit.units(v2).min(after.corner).min(planned.corner);
         if turning_ends(planned, Some(after)).is_some() {

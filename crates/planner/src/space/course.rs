@@ -13,7 +13,7 @@
 use super::axis_limits::{middle, turning_ends, AxisLimits, GAIN_MARGIN, STILL};
 use super::polygon::Rise;
 use crate::moves::PlannedMove;
-use crate::real::{least, most};
+use crate::real::{max, min};
 use crate::Kinematics;
 
 /// How a part of the running move goes on: squared speeds in mm²/s², accelerations along the path
@@ -149,22 +149,22 @@ where
             gain * GAIN_MARGIN
         };
         let reached = v2 + gain(v2, from, to, Rise::Forward);
-        let mut exit_v2 = least(part.exit_v2, reached);
+        let mut exit_v2 = min(part.exit_v2, reached);
         let mut needed = gain(exit_v2, to, from, Rise::Backward);
         if v2 > exit_v2 + needed {
             // The piece can brake as hard as the plan needs only where it ends slower.
-            exit_v2 = least(exit_v2, piece.fastest_end(v2, to, Rise::Backward));
+            exit_v2 = min(exit_v2, piece.fastest_end(v2, to, Rise::Backward));
             needed = gain(exit_v2, to, from, Rise::Backward);
         }
-        let up = most(gain(v2, from, middle, Rise::Forward), exit_v2 - v2);
-        let down = most(
+        let up = max(gain(v2, from, middle, Rise::Forward), exit_v2 - v2);
+        let down = max(
             gain(exit_v2, to, middle, Rise::Backward),
-            least(v2 - exit_v2, needed),
+            min(v2 - exit_v2, needed),
         );
         let per_gain = 0.5 / piece.length;
         let within = |a: f32| {
             let most_of_all = planned.acceleration;
-            most(least(a, most_of_all), STILL * most_of_all)
+            max(min(a, most_of_all), STILL * most_of_all)
         };
         Course {
             steps_after: part.steps_after,

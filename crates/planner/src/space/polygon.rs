@@ -20,7 +20,7 @@
 //! limits apply at both of its ends, each with the curvature there. Braking is the same, seen from
 //! the other end: the tangent turns round, the curvature stays.
 
-use crate::real::{least, most};
+use crate::real::{max, min};
 
 /// A piece of path: its tangent divided by the acceleration of each axis, s²/mm, and its length,
 /// mm.
@@ -121,7 +121,7 @@ pub(crate) fn cap(bend: &[f32]) -> f32 {
 
 /// The greatest component of a curvature, without sign.
 pub(crate) fn greatest(bend: &[f32]) -> f32 {
-    bend.iter().fold(0.0, |worst, b| most(worst, b.abs()))
+    bend.iter().fold(0.0, |worst, b| max(worst, b.abs()))
 }
 
 /// The common part of two curvatures, for each axis: the curvature of the path between them.
@@ -167,14 +167,14 @@ impl<const AXES: usize> Piece<AXES> {
             // Otherwise this end bounds nothing: the speed may rise without end.
             let ends = (steeper * one > 0.0).then(|| 1.0 / steeper);
             for (gain, x) in gains.iter_mut().zip(&xs) {
-                let start = least(per_share.abs(), (one - from * x) * per_share);
-                *gain = least(*gain, start);
+                let start = min(per_share.abs(), (one - from * x) * per_share);
+                *gain = min(*gain, start);
                 if let Some(per_steeper) = ends {
-                    *gain = least(*gain, (one - to * x) * per_steeper);
+                    *gain = min(*gain, (one - to * x) * per_steeper);
                 }
             }
         }
-        gains.map(|gain| most(gain, 0.0))
+        gains.map(|gain| max(gain, 0.0))
     }
 
     /// The squared speed at this end for which the other end may be fastest; [`Peak::NONE`] if
@@ -206,12 +206,12 @@ impl<const AXES: usize> Piece<AXES> {
             let share = q * per_length;
             let falls = (from * 1.0f32.copysign(share)) - share.abs();
             if falls > 0.0 {
-                least(fastest, (1.0 - share.abs() * other) / falls)
+                min(fastest, (1.0 - share.abs() * other) / falls)
             } else {
                 fastest
             }
         });
-        most(fastest * ROUNDED_DOWN, 0.0)
+        max(fastest * ROUNDED_DOWN, 0.0)
     }
 
     /// The acceleration left along the path at the squared speed `x` where it turns with the
@@ -220,9 +220,9 @@ impl<const AXES: usize> Piece<AXES> {
         let axes = self.tangent.iter().zip(bend);
         let left = axes.fold(f32::INFINITY, |left, (q, bend)| {
             let one = 1.0f32.copysign(q * rise.sign());
-            least(left, least(1.0, 1.0 - one * bend * x) / q.abs())
+            min(left, min(1.0, 1.0 - one * bend * x) / q.abs())
         });
-        most(left, 0.0)
+        max(left, 0.0)
     }
 }
 
@@ -268,7 +268,7 @@ mod tests {
             let most = share * cap(&from).min(cap(&to));
             let there = |x: f32| x + piece.gains([x], &from, &to, rise)[0];
             let peak = piece.peak(&from, &to, rise);
-            let best = least(most, peak.at);
+            let best = min(most, peak.at);
             for step in 0..=1000 {
                 prop_assert!(there(most * step as f32 / 1000.0) <= there(best) * 1.0001);
             }

@@ -20,7 +20,7 @@
 //! Another profile takes the trapezoid's place by answering the same questions:
 //! [`Trapezoid::speed`], [`Trapezoid::time`], [`Trapezoid::stretch`], [`Trapezoid::exit_v2`].
 
-use crate::real::{least, most, sqrt};
+use crate::real::{max, min, sqrt};
 
 /// A place in a move: whole steps of the dominant motor from its start, and the part of the next
 /// one.
@@ -109,7 +109,7 @@ impl Trapezoid {
     pub fn new(plan: &Plan) -> Self {
         let cruise_v2 = plan.cruise * plan.cruise;
         let [rise, fall] = [plan.up, plan.down].map(|a| 2.0 * a * length(plan));
-        let exit_v2 = least(plan.exit_v2, least(cruise_v2, plan.entry_v2 + rise));
+        let exit_v2 = min(plan.exit_v2, min(cruise_v2, plan.entry_v2 + rise));
         if plan.entry_v2 - fall > exit_v2 - ROUNDING * plan.entry_v2 {
             Self::braking(plan, exit_v2)
         } else {
@@ -126,8 +126,8 @@ impl Trapezoid {
         let exit_v2 = if missed { slowest } else { exit_v2 };
         // The slope is never steeper than planned. An excess by rounding goes to the speed at the
         // ramp's start instead.
-        let slope = most((plan.entry_v2 - exit_v2) / length, 0.0);
-        let slope = least(slope, 2.0 * plan.down);
+        let slope = max((plan.entry_v2 - exit_v2) / length, 0.0);
+        let slope = min(slope, 2.0 * plan.down);
         Self {
             exit_v2,
             cruise: sqrt(plan.entry_v2),
@@ -146,7 +146,7 @@ impl Trapezoid {
         let (first, last) = (climb / first_slope, (cruise_v2 - exit_v2) / down);
         let level = Self::level(plan);
         if first + last <= length || slower {
-            let last = least(last, length - first);
+            let last = min(last, length - first);
             return Self {
                 exit_v2,
                 first,
@@ -156,7 +156,7 @@ impl Trapezoid {
             };
         }
         let first = (down * length + exit_v2 - plan.entry_v2) / (up + down);
-        let first = most(least(first, length), 0.0);
+        let first = max(min(first, length), 0.0);
         Self {
             cruise: sqrt(plan.entry_v2 + up * first),
             exit_v2,
@@ -216,7 +216,7 @@ impl Trapezoid {
     pub fn speed_v2(&self, place: Place) -> f32 {
         let (x, y) = self.ends(place);
         if y < self.last {
-            self.exit_v2 + self.last_slope * most(y, 0.0)
+            self.exit_v2 + self.last_slope * max(y, 0.0)
         } else if x < self.first {
             self.entry_v2 + self.first_slope * x
         } else {
@@ -240,8 +240,8 @@ impl Trapezoid {
     /// `v0` is the speed at `from`.
     pub(crate) fn time_over(&self, from: Place, v0: f32, steps: f32) -> (f32, f32) {
         let (x, y) = self.ends(from);
-        let first = most(least(self.first - x, steps), 0.0);
-        let last = most(least(self.last - (y - steps), steps - first), 0.0);
+        let first = max(min(self.first - x, steps), 0.0);
+        let last = max(min(self.last - (y - steps), steps - first), 0.0);
         let middle = steps - first - last;
         let (mut time, mut speed) = (0.0, v0);
         if first > 0.0 {
@@ -255,7 +255,7 @@ impl Trapezoid {
             time += middle / speed;
         }
         if last > 0.0 {
-            let end = sqrt(self.exit_v2 + self.last_slope * most(y - steps, 0.0));
+            let end = sqrt(self.exit_v2 + self.last_slope * max(y - steps, 0.0));
             time += 2.0 * last / (speed + end);
             speed = end;
         }

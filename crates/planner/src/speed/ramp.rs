@@ -20,7 +20,7 @@
 //!
 //! A ramp can also begin when its acceleration has grown already: [`Ramp::joined`].
 
-use crate::real::{least, most, rough_cube_root, sqrt};
+use crate::real::{max, min, rough_cube_root, sqrt};
 
 /// One ramp: steps, steps/s, seconds.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -116,7 +116,7 @@ impl Ramp {
     /// acceleration would have to fall at once.
     pub(crate) fn joined(speed: f32, acceleration: f32, v1: f32, limits: Limits) -> Option<Self> {
         let past = eased(acceleration, limits);
-        let ramp = Self::new(most(speed - past, 0.0), v1, v1 - speed + past, limits);
+        let ramp = Self::new(max(speed - past, 0.0), v1, v1 - speed + past, limits);
         let grown = acceleration / ramp.jerk;
         (grown >= 0.0 && grown <= ramp.ease).then(|| ramp.skip(grown))
     }
@@ -125,7 +125,7 @@ impl Ramp {
     /// falls to 0.
     pub(crate) fn easing(speed: f32, acceleration: f32, limits: Limits) -> Self {
         let change = eased(acceleration, limits);
-        let (before, after) = (most(speed - change, 0.0), most(speed + change, 0.0));
+        let (before, after) = (max(speed - change, 0.0), max(speed + change, 0.0));
         let ramp = Self::new(before, after, 2.0 * change, limits);
         ramp.skip(ramp.ease)
     }
@@ -149,7 +149,7 @@ impl Ramp {
 
     /// Length in steps; in general not a whole number.
     pub(crate) fn length(&self) -> f32 {
-        most(self.whole - self.skipped.1, 0.0)
+        max(self.whole - self.skipped.1, 0.0)
     }
 
     /// The time of the `steps` after the place `x`, seconds. `x` is counted in steps from the
@@ -159,9 +159,9 @@ impl Ramp {
     /// ends. The caller may know `steps` more exactly than the difference of two places.
     pub(crate) fn time(&self, x: f32, steps: f32) -> f32 {
         let x = x + self.skipped.1;
-        let (first, last) = (self.first, most(self.whole - self.last, self.first));
-        let eased = most(least(first - x, steps), 0.0);
-        let steady = most(least(last - x, steps), eased);
+        let (first, last) = (self.first, max(self.whole - self.last, self.first));
+        let eased = max(min(first - x, steps), 0.0);
+        let steady = max(min(last - x, steps), eased);
         self.part(x, eased, self.jerk)
             + self.part(x + eased, steady - eased, 0.0)
             + self.part(x + steady, steps - steady, -self.jerk)
@@ -176,7 +176,7 @@ impl Ramp {
         }
         let x1 = x0 + steps;
         let (v0, v1) = (self.speed_at(x0), self.speed_at(x1));
-        if jerk != 0.0 && least(v0, v1) < 0.5 * most(v0, v1) {
+        if jerk != 0.0 && min(v0, v1) < 0.5 * max(v0, v1) {
             // Near rest Newton's method would not settle; little cancels there.
             return self.whole_time(x1) - self.whole_time(x0);
         }
@@ -225,8 +225,8 @@ impl Ramp {
 
     /// The place after `time` seconds from the start of an ease or of the steady part, steps.
     fn place(&self, time: f32) -> f32 {
-        let late = most(time - self.ease, 0.0);
-        let early = least(time, self.ease);
+        let late = max(time - self.ease, 0.0);
+        let early = min(time, self.ease);
         let peak = self.jerk * self.ease;
         let speed = self.v0 + 0.5 * peak * self.ease;
         self.v0 * early
@@ -296,9 +296,9 @@ pub(crate) fn braking(fastest: f32, length: f32, limits: Limits) -> f32 {
         } else {
             0.25 * jerk * time * time
         };
-        change = least(change, fastest);
+        change = min(change, fastest);
     }
-    let change = most(change - COARSE * fastest, 0.0);
+    let change = max(change - COARSE * fastest, 0.0);
     change * (2.0 * fastest - change)
 }
 
@@ -321,7 +321,7 @@ fn solve(v: f32, jerk: f32, x: f32) -> f32 {
     } else {
         f32::INFINITY
     };
-    let mut time = least(x / v, alone);
+    let mut time = min(x / v, alone);
     for _ in 0..ROUNDS {
         let bend = jerk * time * time;
         let slope = v + 0.5 * bend;

@@ -12,7 +12,7 @@
 //! The acceleration is 0 where a move ends: a ramp never goes on in the next move. That is safe
 //! whatever comes next, and slow where moves are short. Collinear moves are better given as one.
 
-use crate::real::{least, most, rough_cube_root, sqrt};
+use crate::real::{max, min, rough_cube_root, sqrt};
 use crate::speed::profile::{Place, Plan, Stretch};
 use crate::speed::ramp::{self, Limits, Ramp};
 
@@ -48,7 +48,7 @@ impl SCurve {
     /// force must then be kept.
     pub(crate) fn new(plan: &Plan, acceleration: f32, jerk: f32) -> Option<Self> {
         let limits = Limits {
-            acceleration: least(plan.up, plan.down),
+            acceleration: min(plan.up, plan.down),
             jerk,
         };
         let entry = Entry {
@@ -57,7 +57,7 @@ impl SCurve {
             limits,
         };
         let length = plan.start.before(plan.end);
-        let exit = entry.exit(least(sqrt(plan.exit_v2), plan.cruise), length)?;
+        let exit = entry.exit(min(sqrt(plan.exit_v2), plan.cruise), length)?;
         let cruise = entry.cruise(plan.cruise, exit, length);
         let (easing, up) = entry.ramps(cruise);
         Some(Self {
@@ -67,7 +67,7 @@ impl SCurve {
             up,
             cruise,
             level: if cruise < plan.cruise {
-                most(cruise, ramp::half_a_step(limits))
+                max(cruise, ramp::half_a_step(limits))
             } else {
                 cruise
             },
@@ -132,8 +132,8 @@ impl SCurve {
     pub(crate) fn time_over(&self, from: Place, steps: f32) -> (f32, f32) {
         let (x, y) = self.ends(from);
         let (head, tail) = (self.head(), self.down.length());
-        let first = most(least(head - x, steps), 0.0);
-        let last = most(least(tail - (y - steps), steps - first), 0.0);
+        let first = max(min(head - x, steps), 0.0);
+        let last = max(min(tail - (y - steps), steps - first), 0.0);
         let middle = steps - first - last;
         let (mut time, mut speed) = (0.0, self.cruise);
         if first > 0.0 {
@@ -145,7 +145,7 @@ impl SCurve {
             speed = self.cruise;
         }
         if last > 0.0 {
-            let end = most(y - steps, 0.0);
+            let end = max(y - steps, 0.0);
             time += self.down.time(end, last);
             speed = self.down.motion(end).0;
         }
@@ -165,7 +165,7 @@ impl SCurve {
         let from = Place::at(from);
         let (x, y) = self.ends(from);
         let (left, peak) = if x < self.head() {
-            let peak = most(self.easing.peak(), self.up.peak());
+            let peak = max(self.easing.peak(), self.up.peak());
             let down = self.up.end_speed() < self.motion(from).0;
             (self.head() - x, if down { -peak } else { peak })
         } else if y > self.down.length() {
@@ -197,16 +197,16 @@ impl SCurve {
 
     fn head_time(&self, x: f32, steps: f32) -> f32 {
         let length = self.easing.length();
-        let eased = most(least(length - x, steps), 0.0);
+        let eased = max(min(length - x, steps), 0.0);
         let mut time = 0.0;
         if eased > 0.0 {
             // Near rest a place in a long easing is not known well enough to tell its time. The
             // jerk alone takes no longer.
             let most_time = ROOT_MARGIN * rough_cube_root(6.0 * eased / self.limits.jerk);
-            time = least(self.easing.time(x, eased), most_time);
+            time = min(self.easing.time(x, eased), most_time);
         }
         if steps > eased {
-            time += self.up.time(most(x - length, 0.0), steps - eased);
+            time += self.up.time(max(x - length, 0.0), steps - eased);
         }
         time
     }
@@ -304,11 +304,11 @@ impl Entry {
         if fits(wanted) {
             return wanted;
         }
-        let slow = most(self.level(), exit);
+        let slow = max(self.level(), exit);
         if slow <= wanted && fits(slow) {
             furthest(slow, wanted, fits)
         } else {
-            furthest(exit, least(slow, wanted), fits)
+            furthest(exit, min(slow, wanted), fits)
         }
     }
 }

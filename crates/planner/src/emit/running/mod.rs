@@ -8,7 +8,7 @@ use crate::emit::fit::{smoothing, steps, Carry, Linear};
 use crate::emit::pixel::Pixel;
 use crate::moves::{MovePower, PlannedMove};
 use crate::planner::Outlook;
-use crate::real::{least, most, sqrt};
+use crate::real::{max, min, sqrt};
 use crate::space::course::Whereabouts;
 use crate::speed::profile::{Place, Plan};
 use crate::{Config, Profile, Trapezoid};
@@ -175,7 +175,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
             cruise_interval: 0,
             steps_per_mm,
             acceleration,
-            per_feed: 1.0 / (most(planned.feed, SLOWEST) * steps_per_mm),
+            per_feed: 1.0 / (max(planned.feed, SLOWEST) * steps_per_mm),
             power: planned.power,
             outputs: planned.outputs,
             line_number: planned.line_number(),
@@ -318,7 +318,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         } else {
             within_a_step(first, seconds)
         };
-        let evenness = least(self.speed, speed) * seconds / all;
+        let evenness = min(self.speed, speed) * seconds / all;
         self.speed = speed;
         self.done += events;
         let smoothing = self.smoothing(seconds / all, timing, evenness);
@@ -477,7 +477,7 @@ const FULL: u32 = 1 << 31;
 /// Under a jerk limit it takes more, and the last interval of the step would be negative.
 fn within_a_step(half: f32, seconds: f32) -> f32 {
     const MOST: f32 = 0.7075;
-    least(most(half, (1.0 - MOST) * seconds), MOST * seconds)
+    min(max(half, (1.0 - MOST) * seconds), MOST * seconds)
 }
 
 /// The bits of a power, at most full power.

@@ -30,7 +30,7 @@
 
 use super::{Piece, Running, Timing};
 use crate::emit::fit::{bits, Carry};
-use crate::real::{least, most};
+use crate::real::{max, min};
 use core::num::NonZeroU16;
 use leadscrew_stepper::{IntervalChange, MotorMask, Smoothing};
 
@@ -120,7 +120,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
     #[inline(never)]
     pub(super) fn first_part(&self, timing: Timing) -> Option<Parts<MOTORS>> {
         let rest = self.span(1.0);
-        let longest = most(timing.longest_segment, 2.0 * timing.shortest_tick);
+        let longest = max(timing.longest_segment, 2.0 * timing.shortest_tick);
         let span = if rest.seconds > longest {
             self.cut(rest, longest)
         } else if self.way > 0.0 || self.smooth && rest.seconds >= ROOM * timing.shortest_tick {
@@ -171,11 +171,11 @@ impl<const MOTORS: usize> Running<MOTORS> {
         let gained = 0.25 * (v1 * v1 - v0 * v0) / left * wanted;
         let (mut way, mut span, mut shortened) = ((v0 + gained) * wanted, rest, false);
         for _ in 0..CORRECTIONS {
-            way = most(least(way, MOST_OF_IT * left), LEAST_WAY);
+            way = max(min(way, MOST_OF_IT * left), LEAST_WAY);
             span = self.span(self.way + way);
             let ratio = wanted / span.seconds;
             if span.seconds > longest {
-                way *= most(ratio * ratio * ratio, 0.1);
+                way *= max(ratio * ratio * ratio, 0.1);
                 shortened = true;
             } else if !shortened && 2.0 * span.seconds < longest && way < MOST_OF_IT * left {
                 way *= ratio;
@@ -248,7 +248,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         for (motor, (due, steps)) in due.iter_mut().zip(self.line.steps()).enumerate() {
             let share = self::due(*steps, events, done);
             if share < span.to && !self.made.contains(motor) {
-                *due = self.span(most(share, self.way)).seconds;
+                *due = self.span(max(share, self.way)).seconds;
                 left = left.with(MotorMask::only(motor));
             }
         }
@@ -268,8 +268,8 @@ impl<const MOTORS: usize> Parts<MOTORS> {
             let motors = self.due.iter().enumerate();
             motors.filter(|(motor, _)| self.left.contains(*motor))
         };
-        let first = left().fold(self.seconds, |first, (_, due)| least(first, *due));
-        let at = most(first, self.elapsed + shortest);
+        let first = left().fold(self.seconds, |first, (_, due)| min(first, *due));
+        let at = max(first, self.elapsed + shortest);
         let soon = left().filter(|(_, due)| **due < at + shortest);
         let motors = soon.fold(MotorMask::NONE, |motors, (motor, _)| {
             motors.with(MotorMask::only(motor))

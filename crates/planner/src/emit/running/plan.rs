@@ -2,7 +2,7 @@
 
 use super::{Aim, Goal, Running, Timing};
 use crate::emit::fit::bits;
-use crate::real::{divide_twice, least, most, sqrt};
+use crate::real::{divide_twice, max, min, sqrt};
 use crate::speed::profile::{Plan, ROUNDING};
 use crate::SCurve;
 
@@ -68,7 +68,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         Path {
             end,
             cruise: aim.nominal * per_mm,
-            exit_v2: least(exit_v2, corner_v2),
+            exit_v2: min(exit_v2, corner_v2),
             up: aim.up * per_mm,
             down,
             share: 1.0,
@@ -89,8 +89,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
             let slowest = entry_v2 - 2.0 * down * self.here().before(path.end);
             return Path {
                 cruise: sqrt(entry_v2),
-                exit_v2: least(path.exit_v2, most(slowest, 0.0)),
-                down: most(path.down, down),
+                exit_v2: min(path.exit_v2, max(slowest, 0.0)),
+                down: max(path.down, down),
                 ..path
             };
         }
@@ -111,7 +111,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         } else {
             let share = distance / (steps as f32 - self.way) * (1.0 + ROUNDING);
             Path {
-                share: least(share, 1.0),
+                share: min(share, 1.0),
                 ..stop
             }
         }
