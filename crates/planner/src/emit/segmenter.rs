@@ -42,6 +42,15 @@ enum Mode {
     Held,
 }
 
+impl Mode {
+    const fn goal(self) -> Goal {
+        match self {
+            Self::Going => Goal::End,
+            Self::Stopping | Self::Held => Goal::Stop,
+        }
+    }
+}
+
 impl<const AXES: usize, const MOTORS: usize> Default for Segmenter<AXES, MOTORS> {
     fn default() -> Self {
         Self::new()
@@ -80,11 +89,10 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         let timing = Timing::new(planner.config());
         let outlook = planner.outlook(|| running.whereabouts());
         if running.outlook != Some(outlook) && running.may_change() {
-            running.plan(aim(self.mode, planner, running, outlook)?, timing);
+            running.plan(aim(self.mode.goal(), planner, running, outlook)?, timing);
             running.outlook = Some(outlook);
         }
-        let stopping = self.mode == Mode::Stopping;
-        let segment = running.segment(timing, &mut self.carry, stopping);
+        let segment = running.segment(timing, &mut self.carry, self.mode.goal());
         if running.at_profile_end() {
             self.end_profile(planner);
         }
@@ -154,9 +162,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
 
     /// The line number of the running move.
     pub fn line_number(&self) -> Option<u32> {
-        self.running
-            .as_ref()
-            .and_then(|running| running.line_number)
+        self.running.as_ref().and_then(Running::line_number)
     }
 
     /// The profile of the running move and the place up to which it was handed out.
@@ -206,7 +212,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
 
 /// The next task of the running move.
 fn aim<K, const AXES: usize, const MOTORS: usize>(
-    mode: Mode,
+    goal: Goal,
     planner: &Planner<'_, K, AXES, MOTORS>,
     running: &Running<MOTORS>,
     outlook: Outlook,
@@ -216,10 +222,7 @@ where
 {
     let course = planner.course(running.whereabouts(), outlook)?;
     Some(Aim {
-        goal: match mode {
-            Mode::Going => Goal::End,
-            Mode::Stopping | Mode::Held => Goal::Stop,
-        },
+        goal,
         steps_after: course.steps_after,
         exit_v2: course.exit_v2,
         corner_v2: if course.steps_after > 0 {

@@ -28,7 +28,9 @@
 //!   |..........|......|................|...|      spans of a millisecond at most
 //! ```
 
-use super::{Piece, Running, Timing};
+use super::piece::Piece;
+use super::progress::Progress;
+use super::{Running, Timing};
 use crate::emit::fit::{bits, Carry};
 use crate::real::{max, min};
 use core::num::NonZeroU16;
@@ -81,7 +83,7 @@ pub(super) struct Parts<const MOTORS: usize> {
     /// Time of the span, and of its parts handed out so far, seconds.
     seconds: f32,
     pub(super) elapsed: f32,
-    /// How early motors are to be at the span's end, as [`Running::early`].
+    /// How early motors are to be at the span's end, as in [`Tracer`](super::tracer::Tracer).
     early: Option<Smoothing>,
 }
 
@@ -100,8 +102,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// The step event after such step events is handed out in parts, too. At its end motors are as
     /// early as the following ticks need them to be.
     pub(super) fn is_for_parts(&self, timing: Timing) -> bool {
-        let after_parts = self.smooth && self.early.is_none() && !self.announce;
-        let begun = self.parts.is_some() || self.way > 0.0;
+        let (begun, after_parts) = (!self.progress.at_step(), self.tracer.lacks_early());
         begun || after_parts || self.is_sudden() || self.is_slow(timing)
     }
 
@@ -119,40 +120,39 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// close.
     #[inline(never)]
     pub(super) fn first_part(&self, timing: Timing) -> Option<Parts<MOTORS>> {
-        let rest = self.span(1.0);
+        let (rest, way) = (self.span(1.0), self.progress.way);
+        let room = ROOM * timing.shortest_tick;
         let longest = max(timing.longest_segment, 2.0 * timing.shortest_tick);
         let span = if rest.seconds > longest {
             self.cut(rest, longest)
-        } else if self.way > 0.0 || self.smooth && rest.seconds >= ROOM * timing.shortest_tick {
+        } else if way > 0.0 || self.tracer.is_smooth() && rest.seconds >= room {
             rest
         } else {
             return None;
         };
         let (due, left) = self.due(&span);
-        let whole = rest.seconds / (1.0 - self.way);
+        let whole = rest.seconds / (1.0 - way);
         Some(Parts {
             due,
             left,
             to: span.to,
             entry: self.speed,
             exit: span.exit,
-            mean: (span.to - self.way) / span.seconds,
+            mean: (span.to - way) / span.seconds,
             seconds: span.seconds,
             elapsed: 0.0,
             early: if span.to < 1.0 || self.is_sudden() || self.is_slow(timing) {
                 None
             } else {
-                Some(self.wanted(whole, timing, SETTLED))
+                Some(self.tracer.wanted(whole, timing, SETTLED))
             },
         })
     }
 
     /// The piece of the next step event from the end of the segments handed out up to `to`.
     fn span(&self, to: f32) -> Span {
-        let over = self
-            .profile
-            .time_over(self.here(), self.speed, to - self.way);
-        let (seconds, exit) = over;
+        let here = self.progress.here();
+        let (seconds, exit) = self.profile.time_over(here, self.speed, to - here.part);
         Span { to, seconds, exit }
     }
 
@@ -165,14 +165,14 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// longer in proportion, which is never too much where the speed grows. A piece that takes too
     /// long is made shorter by the cube of the ratio, as out of rest with limited jerk.
     fn cut(&self, rest: Span, longest: f32) -> Span {
-        let (v0, v1, left) = (self.speed, rest.exit, 1.0 - self.way);
+        let (v0, v1, left) = (self.speed, rest.exit, 1.0 - self.progress.way);
         let pieces = (rest.seconds / longest) as u32 + 1;
         let wanted = rest.seconds / pieces as f32;
         let gained = 0.25 * (v1 * v1 - v0 * v0) / left * wanted;
         let (mut way, mut span, mut shortened) = ((v0 + gained) * wanted, rest, false);
         for _ in 0..CORRECTIONS {
             way = max(min(way, MOST_OF_IT * left), LEAST_WAY);
-            span = self.span(self.way + way);
+            span = self.span(self.progress.way + way);
             let ratio = wanted / span.seconds;
             if span.seconds > longest {
                 way *= max(ratio * ratio * ratio, 0.1);
@@ -200,62 +200,49 @@ impl<const MOTORS: usize> Running<MOTORS> {
         // exactly.
         let counts = bits(end * timing.hz).saturating_sub(bits(parts.elapsed * timing.hz));
         let interval = carry.settle(counts, 0, NonZeroU16::MIN, counts).0;
-        let (power, power_change) = self.power_at(parts.mean, parts.mean, NonZeroU16::MIN);
-        self.made = self.made.with(motors);
+        self.progress.made = self.progress.made.with(motors);
         if next.is_some() {
             self.speed = parts.mean;
-            self.early = None;
-            self.parts = Some(Parts {
+            self.tracer.set_early(None);
+            self.progress.parts = Some(Parts {
                 left: parts.left.without(motors),
                 elapsed: end,
                 ..parts
             });
         } else {
-            self.end_span(&parts);
+            self.speed = parts.exit;
+            self.tracer.set_early(parts.early);
+            self.progress.end_span(parts.to);
         }
         Piece {
             ticks: NonZeroU16::MIN,
             smoothing: Smoothing::None,
             motors,
-            ends_event: self.at_step(),
-            early: self.early().of_a_part(),
+            ends_event: self.progress.at_step(),
+            early: self.tracer.early().of_a_part(),
             interval,
             interval_change: IntervalChange::ZERO,
-            power,
-            power_change,
-        }
-    }
-
-    /// Ends a span after its last part was handed out.
-    fn end_span(&mut self, parts: &Parts<MOTORS>) {
-        self.speed = parts.exit;
-        self.early = parts.early;
-        self.parts = None;
-        if parts.to < 1.0 {
-            self.way = parts.to;
-        } else {
-            self.way = 0.0;
-            self.made = MotorMask::NONE;
-            self.done += 1;
+            speeds: [parts.mean; 2],
         }
     }
 
     /// When each motor is due in `span` (seconds from its start), and the motors that are advanced
     /// in it. In the last span of a step event these are all motors that were not advanced yet.
     fn due(&self, span: &Span) -> ([f32; MOTORS], MotorMask) {
-        let (events, done) = (self.line.step_events().get(), self.done - self.line_start);
+        let Progress {
+            done, way, made, ..
+        } = self.progress;
         let (mut due, mut left) = ([span.seconds; MOTORS], MotorMask::NONE);
-        for (motor, (due, steps)) in due.iter_mut().zip(self.line.steps()).enumerate() {
-            let share = self::due(*steps, events, done);
-            if share < span.to && !self.made.contains(motor) {
-                *due = self.span(max(share, self.way)).seconds;
+        for (motor, (due, share)) in due.iter_mut().zip(self.tracer.due(done)).enumerate() {
+            if share < span.to && !made.contains(motor) {
+                *due = self.span(max(share, way)).seconds;
                 left = left.with(MotorMask::only(motor));
             }
         }
         if span.to < 1.0 {
             (due, left)
         } else {
-            (due, MotorMask::ALL.without(self.made))
+            (due, MotorMask::ALL.without(made))
         }
     }
 }
@@ -275,49 +262,5 @@ impl<const MOTORS: usize> Parts<MOTORS> {
             motors.with(MotorMask::only(motor))
         });
         (at + shortest <= self.seconds).then_some((motors, at))
-    }
-}
-
-/// The share of the step event after `done` at which a motor is due; 1 where it is due at the end
-/// of that event or later. The motor takes `steps` in a line of `events`. Bresenham's tracer counts
-/// half a step event ahead.
-#[inline(never)]
-fn due(steps: u32, events: u32, done: u32) -> f32 {
-    let (each, full) = (2 * u64::from(steps), 2 * u64::from(events));
-    let left = full - (each * u64::from(done) + full / 2) % full;
-    if steps < events && left < each {
-        left as f32 / each as f32
-    } else {
-        1.0
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    #[test]
-    fn a_motor_with_three_steps_in_ten_is_due_at_a_sixth_a_half_and_five_sixths_of_the_line() {
-        let shares = [0, 1, 2, 4, 5, 8, 9].map(|done| due(3, 10, done));
-        let [begin, first, none, end, second, last, over] = shares;
-        assert_eq!([begin, none, end, second, over], [1.0; 5]);
-        assert!((first - 2.0 / 3.0).abs() < 1e-6 && (last - 1.0 / 3.0).abs() < 1e-6);
-    }
-
-    proptest! {
-        /// Against the places themselves: the step `j` of `steps` is due after `(j +
-        /// 1/2)·events/steps` step events.
-        #[test]
-        fn a_motor_is_due_half_way_to_its_next_step(events in 1u32..400, share in 0.0f64..1.0) {
-            let steps = (share * f64::from(events)) as u32;
-            let each = f64::from(events) / f64::from(steps);
-            for done in 0..events {
-                let begin = f64::from(done);
-                let place = (0..events).map(|j| (f64::from(j) + 0.5) * each).find(|at| *at > begin + 1e-9);
-                let share = place.map_or(1.0, |at| (at - begin).min(1.0));
-                prop_assert!((f64::from(due(steps, events, done)) - share).abs() < 1e-6);
-            }
-        }
     }
 }

@@ -1,0 +1,143 @@
+//! The line of the running move, as the stepper traces it: which motors are due, and how early.
+
+use super::Timing;
+use crate::emit::fit::smoothing;
+use leadscrew_stepper::{Early, Line, LineStart, Smoothing};
+
+/// The line, and the state of the stepper's tracer at the end of the segments handed out.
+#[derive(Clone, Debug)]
+pub(super) struct Tracer<const MOTORS: usize> {
+    line: Line<MOTORS>,
+    /// The step of the move at which `line` begins: 0 until the line is begun anew.
+    start: u32,
+    /// Whether the stepper has yet to be told of `line`.
+    announce: bool,
+    /// Whether a motor steps less often than the dominant one: only then is smoothing of use.
+    smooth: bool,
+    /// How early motors are: half a tick of this smoothing. Later segments may have that smoothing.
+    /// `None` where motors are not early at all.
+    early: Option<Smoothing>,
+}
+
+impl<const MOTORS: usize> Tracer<MOTORS> {
+    /// The start of a line.
+    pub(super) fn new(line: Line<MOTORS>) -> Self {
+        let events = line.step_events().get();
+        let mut steps = line.steps().iter();
+        Self {
+            line,
+            start: 0,
+            announce: true,
+            smooth: steps.any(|steps| *steps != 0 && *steps != events),
+            early: None,
+        }
+    }
+
+    /// Makes the stepper begin the line anew at the step `done`.
+    pub(super) fn begin_anew(&mut self, done: u32) {
+        if let Some(rest) = self.line.rest(done - self.start, self.early()) {
+            self.line = rest;
+            self.start = done;
+            self.announce = true;
+        }
+    }
+
+    /// The line, if the stepper has yet to be told of it: it begins with a segment that has this
+    /// `early`.
+    pub(super) fn take_start(&mut self, early: Early) -> Option<LineStart<MOTORS>> {
+        let announce = core::mem::take(&mut self.announce);
+        announce.then(|| LineStart::new(self.line, early))
+    }
+
+    /// The earliness of motors.
+    pub(super) fn early(&self) -> Early {
+        self.early.map_or(Early::NOT, Early::half_a_tick)
+    }
+
+    /// Sets how early motors are after a part of a step event.
+    pub(super) fn set_early(&mut self, early: Option<Smoothing>) {
+        self.early = early;
+    }
+
+    /// Whether smoothing is of use.
+    pub(super) const fn is_smooth(&self) -> bool {
+        self.smooth
+    }
+
+    /// Whether motors should be early, but are not, because the segment before was a part of a step
+    /// event.
+    pub(super) fn lacks_early(&self) -> bool {
+        self.smooth && self.early.is_none() && !self.announce
+    }
+
+    /// The smoothing of the next segment. If it is coarser than the segment before, it begins one
+    /// segment late: in that segment the motors become as early as the coarser smoothing needs.
+    pub(super) fn smoothing(&mut self, interval: f32, timing: Timing, evenness: f32) -> Smoothing {
+        let wanted = self.wanted(interval, timing, evenness);
+        match self.early.replace(wanted) {
+            Some(prepared) if !self.announce => prepared.max(wanted),
+            Some(_) | None => wanted,
+        }
+    }
+
+    /// The least smoothing that keeps the steps of other motors near enough to the line (see
+    /// `fit`).
+    pub(super) fn wanted(&self, interval: f32, timing: Timing, evenness: f32) -> Smoothing {
+        if self.smooth {
+            smoothing(interval, timing.shortest_tick, evenness)
+        } else {
+            Smoothing::None
+        }
+    }
+
+    /// For each motor the share of the step event after `done` at which it is due.
+    pub(super) fn due(&self, done: u32) -> impl Iterator<Item = f32> + '_ {
+        let (events, done) = (self.line.step_events().get(), done - self.start);
+        let motors = self.line.steps().iter();
+        motors.map(move |steps| due(*steps, events, done))
+    }
+}
+
+/// The share of the step event after `done` at which a motor is due; 1 where it is due at the end
+/// of that event or later. The motor takes `steps` in a line of `events`. Bresenham's tracer counts
+/// half a step event ahead.
+#[inline(never)]
+fn due(steps: u32, events: u32, done: u32) -> f32 {
+    let (each, full) = (2 * u64::from(steps), 2 * u64::from(events));
+    let left = full - (each * u64::from(done) + full / 2) % full;
+    if steps < events && left < each {
+        left as f32 / each as f32
+    } else {
+        1.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn a_motor_with_three_steps_in_ten_is_due_at_a_sixth_a_half_and_five_sixths_of_the_line() {
+        let shares = [0, 1, 2, 4, 5, 8, 9].map(|done| due(3, 10, done));
+        let [begin, first, none, end, second, last, over] = shares;
+        assert_eq!([begin, none, end, second, over], [1.0; 5]);
+        assert!((first - 2.0 / 3.0).abs() < 1e-6 && (last - 1.0 / 3.0).abs() < 1e-6);
+    }
+
+    proptest! {
+        /// Against the places themselves: the step `j` of `steps` is due after `(j +
+        /// 1/2)·events/steps` step events.
+        #[test]
+        fn a_motor_is_due_half_way_to_its_next_step(events in 1u32..400, share in 0.0f64..1.0) {
+            let steps = (share * f64::from(events)) as u32;
+            let each = f64::from(events) / f64::from(steps);
+            for done in 0..events {
+                let begin = f64::from(done);
+                let place = (0..events).map(|j| (f64::from(j) + 0.5) * each).find(|at| *at > begin + 1e-9);
+                let share = place.map_or(1.0, |at| (at - begin).min(1.0));
+                prop_assert!((f64::from(due(steps, events, done)) - share).abs() < 1e-6);
+            }
+        }
+    }
+}
