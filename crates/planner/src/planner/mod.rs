@@ -271,22 +271,13 @@ where
         &mut LookAhead<'q, AXES, MOTORS>,
         AxisLimits<'_, K, AXES, MOTORS>,
     ) {
-        let axis_limits = AxisLimits {
-            limits: &self.limits,
-            scales: &self.scales,
-            kinematics: &self.kinematics,
-            jerk: self.config.jerk,
-        };
+        let (scales, kinematics) = (&self.scales, &self.kinematics);
+        let axis_limits = AxisLimits::new(&self.config, &self.limits, scales, kinematics);
         (&mut self.queue, axis_limits)
     }
 
     pub(crate) fn axis_limits(&self) -> AxisLimits<'_, K, AXES, MOTORS> {
-        AxisLimits {
-            limits: &self.limits,
-            scales: &self.scales,
-            kinematics: &self.kinematics,
-            jerk: self.config.jerk,
-        }
+        AxisLimits::new(&self.config, &self.limits, &self.scales, &self.kinematics)
     }
 
     pub(crate) fn start_next(&mut self) -> Option<&PlannedMove<AXES, MOTORS>> {

@@ -7,7 +7,7 @@ use crate::moves::PlannedMove;
 use crate::real::{max, min, sqrt};
 use crate::space::polygon::{cap, common, Piece, Rise};
 use crate::speed::ramp;
-use crate::Kinematics;
+use crate::{Config, Kinematics};
 
 /// The share of the possible braking that the look-ahead counts on. The rest is room for the
 /// rounding of ramps in `f32` (a few 2⁻²⁴), so that no ramp is steeper than allowed.
@@ -20,11 +20,28 @@ const EASED: f32 = 0.8;
 
 /// The limits of the machine that bound the acceleration along moves.
 pub(crate) struct AxisLimits<'m, K, const AXES: usize, const MOTORS: usize> {
-    pub(crate) limits: &'m Limits<AXES>,
-    pub(crate) scales: &'m Scales<MOTORS>,
-    pub(crate) kinematics: &'m K,
+    limits: &'m Limits<AXES>,
+    scales: &'m Scales<MOTORS>,
+    kinematics: &'m K,
     /// Limit of the jerk along the path, mm/s³; 0 for none.
     pub(crate) jerk: f32,
+}
+
+impl<'m, K, const AXES: usize, const MOTORS: usize> AxisLimits<'m, K, AXES, MOTORS> {
+    /// The limits of `config`. `limits` and `scales` are computed from it.
+    pub(crate) const fn new(
+        config: &Config<AXES>,
+        limits: &'m Limits<AXES>,
+        scales: &'m Scales<MOTORS>,
+        kinematics: &'m K,
+    ) -> Self {
+        Self {
+            limits,
+            scales,
+            kinematics,
+            jerk: config.jerk,
+        }
+    }
 }
 
 impl<K, const AXES: usize, const MOTORS: usize> AxisLimits<'_, K, AXES, MOTORS>
