@@ -30,6 +30,7 @@
 //! over half that length.
 
 use super::probe::Probe;
+use super::turn::When;
 use super::window::{Window, MM};
 use crate::config::Limits;
 use crate::real::{max, min, norm2, sqrt};
@@ -89,13 +90,12 @@ struct Meeting {
 }
 
 impl<const AXES: usize> Window<AXES> {
-    /// The curvature at the start of a piece. `None` if more path has to be known for it and `now`
-    /// is not set.
+    /// The curvature at the start of a piece; `None` if more path has to be known for it.
     pub(super) fn curved(
         &self,
         number: u32,
         limits: &Limits<AXES>,
-        now: bool,
+        when: When,
         probe: &mut Probe<AXES>,
     ) -> Option<Curved<AXES>> {
         probe.goes_on = false;
@@ -122,7 +122,7 @@ impl<const AXES: usize> Window<AXES> {
             probe.goes_on = true;
             return Some((bend, reach));
         }
-        let curved = self.search(number, (&meeting, room), limits, now, probe)?;
+        let curved = self.search(number, (&meeting, room), limits, when, probe)?;
         probe.compared = sqrt(curvature2(&curved.0, limits));
         Some(curved)
     }
@@ -133,7 +133,7 @@ impl<const AXES: usize> Window<AXES> {
         number: u32,
         (meeting, room): (&Meeting, f32),
         limits: &Limits<AXES>,
-        now: bool,
+        when: When,
         probe: &mut Probe<AXES>,
     ) -> Option<Curved<AXES>> {
         let may_grow = if self.is_open(number) {
@@ -146,7 +146,7 @@ impl<const AXES: usize> Window<AXES> {
         loop {
             probe.wanted = length;
             let is_open = may_grow < length;
-            if is_open && !now {
+            if is_open && when == When::Known {
                 return None;
             }
             let reach = min(length, room);

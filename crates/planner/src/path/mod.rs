@@ -13,5 +13,5 @@ pub(crate) mod trigonometry;
 mod turn;
 mod window;
 
-pub(crate) use turn::Turn;
+pub(crate) use turn::{Turn, When};
 pub(crate) use window::{Piece, Window};

@@ -33,6 +33,15 @@ const ALIKE: f32 = 0.1;
 /// the curvature would leave it no acceleration.
 const UNEVEN: f32 = 4.0;
 
+/// When to find a turn.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum When {
+    /// At once, from the path known so far.
+    Now,
+    /// Once enough path is known for it.
+    Known,
+}
+
 /// How a path turns where two pieces meet.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Turn<const AXES: usize> {
@@ -60,22 +69,25 @@ impl<const AXES: usize> Turn<AXES> {
 
 impl<const AXES: usize> Window<AXES> {
     /// Takes out the first piece that waits, once the turn at its start is known, and returns that
-    /// turn. With `now`, or if half of the window waits, the turn is found from the path known so
-    /// far.
-    pub(crate) fn settle(&mut self, limits: &Limits<AXES>, now: bool) -> Option<Turn<AXES>> {
+    /// turn. If half of the window waits, the turn is found now.
+    pub(crate) fn settle(&mut self, limits: &Limits<AXES>, when: When) -> Option<Turn<AXES>> {
         if self.waiting == 0 {
             return None;
         }
         let number = self.count.wrapping_sub(self.waiting);
-        let now = now || self.waiting >= PIECES / 2;
-        if !now && self.is_early(number) {
+        let when = if self.waiting >= PIECES / 2 {
+            When::Now
+        } else {
+            when
+        };
+        if when == When::Known && self.is_early(number) {
             return None;
         }
         let turn = if self.waiting >= self.known {
             Turn::REST
         } else {
             let mut probe = self.probe;
-            let turn = self.turn(number, limits, now, &mut probe);
+            let turn = self.turn(number, limits, when, &mut probe);
             self.probe = probe;
             turn?
         };
@@ -104,20 +116,19 @@ impl<const AXES: usize> Window<AXES> {
         }
         let number = self.count.wrapping_sub(behind);
         let mut probe = Probe::NEW;
-        self.turn(number, limits, true, &mut probe)
+        self.turn(number, limits, When::Now, &mut probe)
     }
 
-    /// The turn at the start of a piece; `None` if more path has to be known for it and `now` is
-    /// not set.
+    /// The turn at the start of a piece; `None` if more path has to be known for it.
     fn turn(
         &self,
         number: u32,
         limits: &Limits<AXES>,
-        now: bool,
+        when: When,
         probe: &mut Probe<AXES>,
     ) -> Option<Turn<AXES>> {
         if self.is_sharp(number) {
-            let v2 = self.corner(number, limits, now)?;
+            let v2 = self.corner(number, limits, when)?;
             return Some(if self.is_of_bent_piece(number) {
                 self.bent_corner(number, v2, limits)
             } else {
@@ -127,7 +138,7 @@ impl<const AXES: usize> Window<AXES> {
         if self.goes_straight_on(number) {
             return Some(Turn::corner(f32::INFINITY));
         }
-        let (bend, reach) = self.curved(number, limits, now, probe)?;
+        let (bend, reach) = self.curved(number, limits, when, probe)?;
         let is_smooth = probe.goes_on || self.explains(&bend, number, limits);
         let corner = match is_smooth && !self.strays(&bend, number, limits) {
             true => f32::INFINITY,
@@ -137,7 +148,7 @@ impl<const AXES: usize> Window<AXES> {
         let arcs = if probe.goes_on {
             f32::INFINITY
         } else {
-            self.ends_of_arcs(number, limits, now, probe)?
+            self.ends_of_arcs(number, limits, when, probe)?
         };
         Some(Turn {
             v2: min(min(corner, arcs), cap(&bend)),
@@ -148,13 +159,13 @@ impl<const AXES: usize> Window<AXES> {
 
     /// The highest squared speed, mm²/s², on the arcs that end or begin at the start of a piece. At
     /// the end of an arc the second difference would be the mean of arc and neighbour, so the
-    /// curvature is measured one chord further inside the arc. `None` if it is not known yet
-    /// whether an arc goes on and `now` is not set.
+    /// curvature is measured one chord further inside the arc. `None` if it has to be known
+    /// first whether an arc goes on.
     fn ends_of_arcs(
         &self,
         number: u32,
         limits: &Limits<AXES>,
-        now: bool,
+        when: When,
         probe: &Probe<AXES>,
     ) -> Option<f32> {
         let (last, next) = (number.wrapping_sub(1), number.wrapping_add(1));
@@ -166,7 +177,7 @@ impl<const AXES: usize> Window<AXES> {
             return Some(v2);
         }
         if self.is_last(number) {
-            return now.then_some(v2);
+            return (when == When::Now).then_some(v2);
         }
         if self.chords.has(next) {
             let shorter = min(self.placed(number).length, self.placed(next).length);
@@ -240,9 +251,8 @@ impl<const AXES: usize> Window<AXES> {
         both > ALIKE * change2
     }
 
-    /// The highest squared speed at a corner, mm²/s²; `None` if more path has to be known for it
-    /// and `now` is not set.
-    fn corner(&self, number: u32, limits: &Limits<AXES>, now: bool) -> Option<f32> {
+    /// The highest squared speed at a corner, mm²/s²; `None` if more path has to be known for it.
+    fn corner(&self, number: u32, limits: &Limits<AXES>, when: When) -> Option<f32> {
         let corner = self.junction(number, limits);
         let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
         let shorter = min(min(before.length, after.length), FARTHEST);
@@ -251,7 +261,7 @@ impl<const AXES: usize> Window<AXES> {
         if corner < by_two {
             return Some(corner);
         }
-        if self.is_last(number) && !now {
+        if self.is_last(number) && when == When::Known {
             return None;
         }
         let first = number.wrapping_sub(self.before(number).min(2));

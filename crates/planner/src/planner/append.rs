@@ -7,7 +7,7 @@ use crate::config::{SpeedUnit, DECIMALS};
 use crate::moves::PlannedMove;
 use crate::path::junction::junction_v2;
 use crate::path::row::{is_gap, is_short, Row};
-use crate::path::{Piece, Turn};
+use crate::path::{Piece, Turn, When};
 use crate::real::{norm2, sqrt};
 use crate::{CornerRule, Curve, Kinematics, Move, Overrides};
 
@@ -71,16 +71,16 @@ where
         /// take.
         const MOST: usize = 2;
         for _ in 0..MOST {
-            if self.settle_one(false).is_none() {
+            if self.settle_one(When::Known).is_none() {
                 return;
             }
         }
     }
 
-    /// Plans the first move that waits, if the turn at its start is known; with `now` in any case,
-    /// by the path known so far. `None` if the move goes on waiting.
-    pub(super) fn settle_one(&mut self, now: bool) -> Option<()> {
-        let turn = self.window.as_mut()?.settle(&self.limits, now)?;
+    /// Plans the first move that waits, with the turn at its start. `None` if the move goes on
+    /// waiting.
+    pub(super) fn settle_one(&mut self, when: When) -> Option<()> {
+        let turn = self.window.as_mut()?.settle(&self.limits, when)?;
         self.release(&turn);
         Some(())
     }

@@ -18,7 +18,7 @@ use crate::emit::pixel::{Pixel, Pixels};
 use crate::moves::PlannedMove;
 use crate::path::row::Row;
 use crate::path::short::Short;
-use crate::path::Window;
+use crate::path::{When, Window};
 use crate::real::{min, sqrt};
 use crate::space::axis_limits::AxisLimits;
 use crate::space::course::{Course, Whereabouts};
@@ -282,7 +282,7 @@ where
 
     pub(crate) fn start_next(&mut self) -> Option<&PlannedMove<AXES, MOTORS>> {
         if self.queue.waiting() == 0 {
-            self.settle_one(true);
+            self.settle_one(When::Now);
         }
         self.queue.start_next();
         self.note_started();
@@ -314,7 +314,7 @@ where
         if self.is_bound_by_end() && self.too_many_wait() && self.slows_down_soon(at()) {
             for _ in 0..MOST {
                 if self.too_many_wait() {
-                    self.settle_one(true);
+                    self.settle_one(When::Now);
                 }
             }
             self.find();
