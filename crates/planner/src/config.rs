@@ -207,6 +207,7 @@ pub(crate) struct SpeedUnit {
 }
 
 impl SpeedUnit {
+    /// The least power of two in units of which the square of `top` (mm/s) fits 31 bits.
     fn for_top_speed(top: f32) -> Self {
         const ONE: u32 = 127 << 23;
         const EXPONENT: u32 = 0xFF << 23;

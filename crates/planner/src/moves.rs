@@ -158,6 +158,7 @@ pub(crate) struct PlannedMove<const AXES: usize, const MOTORS: usize> {
 const NO_LINE_NUMBER: u32 = u32::MAX;
 
 impl<const AXES: usize, const MOTORS: usize> PlannedMove<AXES, MOTORS> {
+    /// The `N` word of the line that asked for it.
     pub(crate) fn line_number(&self) -> Option<u32> {
         (self.line_number != NO_LINE_NUMBER).then_some(self.line_number)
     }

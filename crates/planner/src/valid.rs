@@ -94,6 +94,7 @@ impl<const AXES: usize> Config<AXES> {
     }
 }
 
+/// `error`, unless `holds`.
 fn ensure(holds: bool, error: ConfigError) -> Result<(), ConfigError> {
     holds.then_some(()).ok_or(error)
 }

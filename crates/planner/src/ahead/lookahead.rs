@@ -155,6 +155,7 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         }
     }
 
+    /// How many moves are queued, the running one included.
     pub(crate) fn len(&self) -> usize {
         self.moves.storage_len()
     }
@@ -335,18 +336,22 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         self.renewed = None;
     }
 
+    /// The number of the move at `index`, modulo 2¹⁶.
     fn number(&self, index: usize) -> u16 {
         self.first.wrapping_add(index as u16)
     }
 
+    /// The bits of a move's number that tell its place in its block.
     fn mask(&self) -> u16 {
         (1 << self.block_bits) - 1
     }
 
+    /// The number of the block that the move `number` lies in.
     fn block_of(&self, number: u16) -> u16 {
         number >> self.block_bits
     }
 
+    /// The index at which a block is kept.
     fn block_at(&self, block: u16) -> usize {
         usize::from(block) & self.blocks.len().wrapping_sub(1)
     }

@@ -30,6 +30,7 @@ pub(super) struct Reach {
 }
 
 impl Reach {
+    /// The squared speed `v2`, or `cap` if that is less: then the end bounds nothing.
     pub(super) fn bounded(v2: u64, cap: u32, bound_by_end: bool) -> Self {
         match u32::try_from(v2) {
             Ok(v2) if v2 < cap => Self { v2, bound_by_end },
@@ -44,10 +45,12 @@ impl Reach {
 const ONE_BITS: u32 = 30;
 const ONE: u32 = 1 << ONE_BITS;
 
+/// `x` times `share`, which is in units of 2⁻³⁰.
 fn scaled(share: u32, x: u32) -> u64 {
     (u64::from(share) * u64::from(x)) >> ONE_BITS
 }
 
+/// The nearest number of 32 bits.
 fn clamp(x: u64) -> u32 {
     u32::try_from(x).unwrap_or(u32::MAX)
 }
@@ -91,6 +94,7 @@ impl Map {
         }
     }
 
+    /// The map of this block and the move `after` it together.
     pub(super) fn before(self, after: Self) -> Self {
         let share = scaled(self.share, after.share).min(u32::MAX.into()) as u32;
         Self {
@@ -102,6 +106,7 @@ impl Map {
         }
     }
 
+    /// The squared speed at the start, if the one at the end is `after`.
     pub(super) fn reach(self, after: Reach) -> Reach {
         let v2 = scaled(self.share, after.v2) + u64::from(self.plus);
         Reach::bounded(v2, self.cap, after.bound_by_end)

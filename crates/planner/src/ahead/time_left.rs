@@ -149,7 +149,8 @@ impl<const AXES: usize, const MOTORS: usize> Over<'_, AXES, MOTORS> {
     }
 }
 
-/// A part of a move. Lengths in mm, accelerations in mm/s², speeds in mm/s, the limit at its end in mm²/s².
+/// A part of a move. Lengths in mm, accelerations in mm/s², speeds in mm/s, the limit at its end in
+/// mm²/s².
 struct Stretch {
     length: f32,
     up: f32,

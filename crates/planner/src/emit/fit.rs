@@ -152,6 +152,9 @@ impl Carry {
         self.settle(interval >> level, 0, ticks, duration)
     }
 
+    /// Makes up for the error so far in a segment, and notes the new one. The segment is to take
+    /// `duration`; its ticks begin with the interval `first` and grow by `change` each. All in
+    /// 2⁻³² counts.
     pub(crate) fn settle(
         &mut self,
         first: u64,
@@ -188,6 +191,7 @@ pub(crate) fn bits(counts: f32) -> u64 {
     u64::from(whole) << 32 | u64::from(rest as u32)
 }
 
+/// As [`bits`], with a sign.
 fn signed_bits(counts: f32) -> i64 {
     let magnitude = bits(counts.abs()).min(i64::MAX as u64) as i64;
     if counts < 0.0 {

@@ -149,6 +149,7 @@ impl<'a, const MOTORS: usize> PowerLead<'a, MOTORS> {
 }
 
 impl Source {
+    /// A power that does not change.
     fn steady(power: Power) -> Self {
         Self {
             power,

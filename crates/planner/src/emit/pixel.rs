@@ -57,6 +57,7 @@ impl Pixel {
 }
 
 impl Packed {
+    /// The pixel that was packed.
     fn unpacked(self) -> Pixel {
         let field = |low: u32, bits: u32| (self.0 >> low) as u32 & ((1 << bits) - 1);
         let line = field(AFTER_BITS + POWER_BITS, LINE_BITS);
@@ -85,6 +86,7 @@ impl<'q> Pixels<'q> {
         self.0.storage_capacity()
     }
 
+    /// How many pixels wait.
     pub(crate) fn len(&self) -> usize {
         self.0.storage_len()
     }
@@ -99,6 +101,7 @@ impl<'q> Pixels<'q> {
         self.0.pop_front().map(Packed::unpacked)
     }
 
+    /// Forgets all pixels.
     pub(crate) fn clear(&mut self) {
         self.0.clear();
     }

@@ -43,6 +43,7 @@ enum Mode {
 }
 
 impl Mode {
+    /// How far the running move is to go.
     const fn goal(self) -> Goal {
         match self {
             Self::Going => Goal::End,
@@ -178,10 +179,12 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         self.running.as_ref().is_none_or(Running::at_step)
     }
 
+    /// Whether motion has a speed at the end of the segments handed out.
     fn is_moving(&self) -> bool {
         self.speed() > 0.0
     }
 
+    /// The next segment makes the profile anew.
     fn plan_anew(&mut self) {
         if let Some(running) = &mut self.running {
             running.outlook = None;

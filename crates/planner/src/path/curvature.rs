@@ -168,6 +168,7 @@ impl<const AXES: usize> Window<AXES> {
         }
     }
 
+    /// How the piece meets the one before it.
     fn meeting(&self, number: u32) -> Meeting {
         let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
         Meeting {
@@ -262,6 +263,7 @@ impl<const AXES: usize> Window<AXES> {
 }
 
 impl Meeting {
+    /// The greatest length over which the curvature is measured, mm.
     fn longest(&self) -> f32 {
         min(LONGEST * self.shorter, FARTHEST)
     }
@@ -325,6 +327,7 @@ impl<const AXES: usize> Range<AXES> {
         }
     }
 
+    /// The curvature within the range that is nearest to `bend`.
     fn nearest(&self, bend: &[f32; AXES]) -> [f32; AXES] {
         let mut nearest = *bend;
         for (nearest, [low, high]) in nearest.iter_mut().zip(&self.0) {

@@ -101,6 +101,7 @@ impl<const MOTORS: usize> Row<MOTORS> {
         Line::new(longer).ok().map(|_| longer)
     }
 
+    /// Steps of the row's dominant motor in `delta`.
     fn along(&self, delta: &[i32; MOTORS]) -> i32 {
         delta.get(self.dominant).copied().unwrap_or(0)
     }
@@ -119,6 +120,7 @@ impl<const MOTORS: usize> Row<MOTORS> {
     }
 }
 
+/// The motor with the most steps.
 fn dominant<const MOTORS: usize>(delta: &[i32; MOTORS]) -> usize {
     let steps = delta.iter().map(|steps| steps.unsigned_abs());
     steps

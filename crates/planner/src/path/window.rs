@@ -64,11 +64,13 @@ pub(super) struct Placed<const AXES: usize> {
 pub(super) struct Bits(u32);
 
 impl Bits {
+    /// Sets the bit of piece `number`.
     fn set(&mut self, number: u32, value: bool) {
         let bit = 1 << (number % PIECES);
         self.0 = (self.0 & !bit) | (bit * u32::from(value));
     }
 
+    /// Whether the bit of piece `number` is set.
     pub(super) const fn has(self, number: u32) -> bool {
         self.0 & (1 << (number % PIECES)) != 0
     }
@@ -234,10 +236,12 @@ impl<const AXES: usize> Window<AXES> {
         self.replace_last(&piece, is_short, end);
     }
 
+    /// A piece, or the path's end. The number is one of the last [`PIECES`].
     pub(super) const fn placed(&self, number: u32) -> &Placed<AXES> {
         &self.placed[(number % PIECES) as usize]
     }
 
+    /// The same, to be changed.
     fn place(&mut self, number: u32) -> &mut Placed<AXES> {
         &mut self.placed[(number % PIECES) as usize]
     }
@@ -364,6 +368,7 @@ fn distance2<const AXES: usize>(from: &[f32; AXES], to: &[f32; AXES]) -> f32 {
     axes.fold(0.0, |sum, (from, to)| sum + (to - from) * (to - from))
 }
 
+/// The vector from one place to another, mm.
 fn between<const AXES: usize>(from: &[i32; AXES], to: &[i32; AXES]) -> [f32; AXES] {
     let mut way = [0.0; AXES];
     for (way, (from, to)) in way.iter_mut().zip(from.iter().zip(to)) {
@@ -372,6 +377,7 @@ fn between<const AXES: usize>(from: &[i32; AXES], to: &[i32; AXES]) -> [f32; AXE
     way
 }
 
+/// A place in units of this module, modulo 2³².
 fn units<const AXES: usize>(place: &[Coordinate; AXES]) -> [i32; AXES] {
     place.map(|at| (at.nanos() >> SHIFT) as i32)
 }

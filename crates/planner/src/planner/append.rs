@@ -60,6 +60,7 @@ where
         self.release(&Turn::corner(v2));
     }
 
+    /// Notes the last queued move, so that further moves can be merged into it.
     pub(super) fn begin_row(&mut self, of: &Move<AXES>, delta: [i32; MOTORS]) {
         let rows = self.pixel_capacity() > 0;
         self.row = Row::begin(of, delta).filter(|_| rows);

@@ -51,6 +51,7 @@ where
         )
     }
 
+    /// The nominal speed of a move at the overrides in force, mm/s.
     pub(crate) fn nominal(&self, planned: &PlannedMove<AXES, MOTORS>) -> f32 {
         nominal(self.overrides, planned)
     }

@@ -166,6 +166,7 @@ where
         }
     }
 
+    /// By how much the squared speed can fall over a move with a jerk limit, mm²/s².
     fn eased_gain(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,

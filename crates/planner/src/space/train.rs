@@ -19,6 +19,7 @@ pub enum Train {
 }
 
 impl Train {
+    /// The axis that a motor turns with.
     fn axis<const MOTORS: usize>(self, motor: usize) -> usize {
         match self {
             Self::Ganged(axis) if motor + 1 == MOTORS => axis,

@@ -138,6 +138,7 @@ impl Trapezoid {
         }
     }
 
+    /// A profile with two ramps, and a cruise between them if the way is long enough for it.
     fn ramps(plan: &Plan, cruise_v2: f32, exit_v2: f32) -> Self {
         let (length, up, down) = (length(plan), 2.0 * plan.up, 2.0 * plan.down);
         let slower = plan.entry_v2 > cruise_v2;
@@ -285,6 +286,7 @@ impl Trapezoid {
     }
 }
 
+/// Steps from the start of a plan to its end.
 fn length(plan: &Plan) -> f32 {
     plan.start.before(plan.end)
 }

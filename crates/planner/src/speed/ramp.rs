@@ -130,6 +130,7 @@ impl Ramp {
         ramp.skip(ramp.ease)
     }
 
+    /// The rest of the ramp after `time` seconds.
     fn skip(self, time: f32) -> Self {
         Self {
             skipped: (time, self.place(time)),
@@ -197,10 +198,12 @@ impl Ramp {
         self.motion_at(x + self.skipped.1)
     }
 
+    /// As [`Ramp::motion_at`], the speed alone.
     fn speed_at(&self, x: f32) -> f32 {
         self.motion_at(x).0
     }
 
+    /// As [`Ramp::motion`], at the place `x` of the whole ramp.
     fn motion_at(&self, x: f32) -> (f32, f32) {
         let time = self.whole_time(x);
         let left = self.duration() - time;
@@ -219,6 +222,7 @@ impl Ramp {
         (self.jerk * self.ease).abs()
     }
 
+    /// Time of the whole ramp, seconds.
     fn duration(&self) -> f32 {
         2.0 * self.ease + self.steady
     }
@@ -234,6 +238,7 @@ impl Ramp {
             + late * (speed + 0.5 * peak * late)
     }
 
+    /// Time from the start of the whole ramp to the place `x`, seconds.
     fn whole_time(&self, x: f32) -> f32 {
         let left = self.whole - x;
         if x <= self.first {

@@ -179,6 +179,8 @@ impl SCurve {
         }
     }
 
+    /// The acceleration that [`SCurve::stretch`] tells, steps/s². `peak` is the largest one of the
+    /// ramp that `from` lies on, signed; 0 in the cruise.
     fn bent(&self, peak: f32, from: Place) -> f32 {
         let speed = self.motion(from).0;
         let bent = sqrt(peak * peak + speed * self.limits.jerk / 3.0);
@@ -191,10 +193,12 @@ impl SCurve {
         }
     }
 
+    /// Length of the easing and the ramp to the cruise, steps.
     fn head(&self) -> f32 {
         self.easing.length() + self.up.length()
     }
 
+    /// The time of the `steps` after the place `x`, all of them before the cruise, seconds.
     fn head_time(&self, x: f32, steps: f32) -> f32 {
         let length = self.easing.length();
         let eased = max(min(length - x, steps), 0.0);
@@ -211,6 +215,7 @@ impl SCurve {
         time
     }
 
+    /// Speed at the place `x` before the cruise, steps/s.
     fn head_speed(&self, x: f32) -> f32 {
         let eased = self.easing.length();
         if x < eased {

@@ -114,6 +114,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
+    /// The profile in force.
     pub(crate) const fn profile(&self) -> &Profile {
         &self.profile
     }

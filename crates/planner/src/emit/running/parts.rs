@@ -106,6 +106,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         begun || after_parts || self.is_sudden() || self.is_slow(timing)
     }
 
+    /// Whether one step takes much longer than the next, or may do so (see [`SUDDEN`]).
     fn is_sudden(&self) -> bool {
         self.speed * self.speed < SUDDEN * self.acceleration
     }

@@ -21,8 +21,7 @@ const SURPRISE: f32 = 0.2e-6;
 const NEARLY_EVEN: f32 = 0.99;
 
 /// The ticks of a segment, which are whole steps or a part of one, and the speeds that its power
-/// follows from. A whole [`Segment`](leadscrew_stepper::Segment) is long, and each copy of one takes
-/// 200 cycles.
+/// follows from. A whole `Segment` is long, and each copy of one takes 200 cycles.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Piece {
     pub(super) ticks: NonZeroU16,

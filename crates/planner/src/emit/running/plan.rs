@@ -162,6 +162,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
     }
 }
 
+/// The next whole number of steps.
 fn round_up(steps: f32) -> u32 {
     let whole = steps as u32;
     whole.saturating_add(u32::from(steps > whole as f32))
