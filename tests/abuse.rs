@@ -100,12 +100,12 @@ impl Build {
         };
         if self.has(Self::OPTIONS) {
             let options = &mut machine.options;
-            options.mist = true;
             options.door = true;
             options.line_numbers = true;
             options.single_axis_homing = true;
             options.parking = Some(ParkingConfig::GRBL);
-            options.parking_override = true;
+            machine.dialect.mist = true;
+            machine.dialect.parking_override = true;
         }
         let mut setup = Setup::new(machine, Rate::NeverWaits);
         setup.lines = vec![Rate::NeverWaits, BAUD];

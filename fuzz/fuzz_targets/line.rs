@@ -1,7 +1,7 @@
 //! Any bytes as lines: nothing panics, and a line that is refused has changed nothing.
 //!
 //! ```text
-//!  first byte: options, laser, inches     the rest: lines
+//!  first byte: dialect, laser, inches     the rest: lines
 //!                                           |
 //!   LineReader --> gcode::words, gcode::parse
 //!              --> `$…`: SystemCommand::parse, `$J=`: Interpreter::jog
@@ -11,8 +11,9 @@
 #![no_main]
 
 use leadscrew_gcode::{parse, words};
-use leadscrew_machine::config::{AxisKind, Options};
-use leadscrew_machine::interpreter::{Commands, Context, Coordinate, Interpreter, OwnCodes, ToolTable};
+use leadscrew_machine::interpreter::{
+    AxisKind, Commands, Context, Coordinate, Dialect, Interpreter, OwnCodes, ToolTable,
+};
 use leadscrew_machine::protocol::line_reader::{LineReader, GRBL_LINE_LENGTH};
 use leadscrew_machine::protocol::system_command::{Activity, Circumstances, SystemCommand};
 use libfuzzer_sys::fuzz_target;
@@ -22,7 +23,7 @@ const AXES: usize = 4;
 /// The context that lines depend on, out of one byte.
 struct Bench {
     axes: [AxisKind; AXES],
-    options: Options,
+    dialect: Dialect,
     laser_mode: bool,
     soft_limits: bool,
     reach: [Coordinate; AXES],
@@ -36,10 +37,10 @@ impl Bench {
         let chosen = |bit: u8| choice >> bit & 1 != 0;
         let mut axes = [AxisKind::Linear; AXES];
         axes[3] = AxisKind::Rotary;
-        let options = Options {
+        let dialect = Dialect {
             mist: chosen(0),
             parking_override: chosen(1),
-            ..Options::default()
+            ..Dialect::GRBL
         };
         let activities = [
             Activity::Idle,
@@ -50,7 +51,7 @@ impl Bench {
         ];
         Self {
             axes,
-            options,
+            dialect,
             laser_mode: chosen(2),
             soft_limits: chosen(3),
             reach: [Coordinate::from_nanos(1_000_000_000_000_000); AXES],
@@ -98,7 +99,7 @@ impl Bench {
         let expected = self.interpreter.check(line, &self.context());
         let context = Context {
             axes: &self.axes,
-            options: &self.options,
+            dialect: &self.dialect,
             laser_mode: self.laser_mode,
             soft_limits: self.soft_limits,
             reach: &self.reach,
@@ -122,7 +123,7 @@ impl Bench {
     fn context(&self) -> Context<'_, AXES> {
         Context {
             axes: &self.axes,
-            options: &self.options,
+            dialect: &self.dialect,
             laser_mode: self.laser_mode,
             soft_limits: self.soft_limits,
             reach: &self.reach,

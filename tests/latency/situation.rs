@@ -176,7 +176,7 @@ impl SettingsStore for Blank {
 pub(super) fn in_situation(situation: &Situation, rate: Rate, then: impl FnOnce(&mut Desk<'_>)) {
     let mut setup = setup::<3>(1);
     setup.machine = MachineConfig::grbl();
-    setup.machine.options.mist = true;
+    setup.machine.dialect.mist = true;
     setup.lines = vec![rate];
     let mut memory = Memory::new(&setup);
     let mut session = Session::new(&mut memory, &setup, Cartesian);

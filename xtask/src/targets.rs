@@ -15,7 +15,7 @@ const TARGETS: [&str; 3] = [
     BROWSER,
 ];
 
-/// The topmost library, which depends on the other three.
+/// The topmost library, which depends on the others.
 const LIBRARY: &str = "leadscrew-machine";
 
 /// The simulator and the page. They need a standard library, and in a browser that has neither

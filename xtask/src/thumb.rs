@@ -19,10 +19,11 @@ use crate::{
 use std::{path::Path, process::Command};
 
 /// The library crates that run on the microcontroller.
-const LIBRARIES: [&str; 4] = [
+const LIBRARIES: [&str; 5] = [
     "leadscrew-gcode",
     "leadscrew-stepper",
     "leadscrew-planner",
+    "leadscrew-interpreter",
     "leadscrew-machine",
 ];
 /// The builds, each with the board or machine that it is for. The build for two motors on Y without

@@ -75,6 +75,7 @@ fn choices(config: &MachineConfig<MOST>) -> String {
         squaring,
         rules,
         options,
+        dialect,
         ..
     } = config;
     let parking = options.parking.map_or("None", |_| {
@@ -89,13 +90,13 @@ fn choices(config: &MachineConfig<MOST>) -> String {
 "
     );
     let flags = [
-        ("line_numbers", options.line_numbers),
-        ("single_axis_homing", options.single_axis_homing),
-        ("parking_override", options.parking_override),
-        ("tools", options.tools),
+        ("options.line_numbers", options.line_numbers),
+        ("options.single_axis_homing", options.single_axis_homing),
+        ("dialect.parking_override", dialect.parking_override),
+        ("dialect.tools", dialect.tools),
     ];
     for (name, on) in flags {
-        text += &format!("    config.options.{name} = {on};\n");
+        text += &format!("    config.{name} = {on};\n");
     }
     text
 }

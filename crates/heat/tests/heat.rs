@@ -122,7 +122,7 @@ fn heat(config: HeatConfig) -> (Heat<Pins, 2>, Rc<RefCell<Plant>>) {
 
 fn boot<X: Extension<3>>(memory: &mut Memory, extension: X) -> Session<'_, Cartesian, X> {
     let mut config = MachineConfig::grbl();
-    config.options.tools = true;
+    config.dialect.tools = true;
     Session::extended(memory, config, Cartesian, extension)
 }
 

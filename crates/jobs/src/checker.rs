@@ -170,7 +170,9 @@ impl<const AXES: usize> Checker<AXES> {
         let length = |tool| self.own.tool_length(tool);
         let context = Context {
             tools: ToolTable::some(&length),
-            ..Context::new(&self.config, &self.settings, &reach, OwnCodes::some(&own))
+            ..self
+                .config
+                .context(&self.settings, &reach, OwnCodes::some(&own))
         };
         self.interpreter
             .interpret(line, &context, &mut commands)
@@ -294,7 +296,7 @@ impl<const AXES: usize> Checker<AXES> {
 
     fn check_jog(&mut self, jog: &[u8]) -> Finding {
         let reach = self.reach();
-        let context = Context::new(&self.config, &self.settings, &reach, OwnCodes::NONE);
+        let context = self.config.context(&self.settings, &reach, OwnCodes::NONE);
         let refused = |fault: LineFault| {
             let column = fault.column + JOG.len();
             refused(LineFault { column, ..fault })

@@ -9,9 +9,8 @@
 //! is full. Settings: 250 steps/mm, 2000 mm/min, 200 mm/s², as in `bench/settings/mid.json`, and
 //! the corner rule that a machine has from the start. A third argument `grbl` takes Grbl's.
 
-use leadscrew_machine::config::{AxisKind, Options};
 use leadscrew_machine::interpreter::{
-    Command, Commands, Context, Feed, Interpreter, OwnCodes, ToolTable, MAX_WORD,
+    AxisKind, Command, Commands, Context, Dialect, Feed, Interpreter, OwnCodes, ToolTable, MAX_WORD,
 };
 use leadscrew_machine::protocol::line_reader::{LineReader, GRBL_LINE_LENGTH};
 use leadscrew_planner::StepsPerMm;
@@ -75,7 +74,7 @@ fn plan_line(bytes: &[u8], interpreter: &mut Interpreter<AXES>, queue: &mut Queu
     }
     let context = Context {
         axes: &[AxisKind::Linear; AXES],
-        options: &Options::default(),
+        dialect: &Dialect::GRBL,
         laser_mode: true,
         soft_limits: false,
         reach: &[MAX_WORD; AXES],

@@ -12,9 +12,8 @@
 //! `$J=` jogs and `$G` prints the modal state. Nothing is planned: there are no steps and no limits
 //! here.
 
-use leadscrew_machine::config::{AxisKind, Options};
 use leadscrew_machine::interpreter::{
-    Commands, Context, Fault, Interpreter, OwnCodes, ToolTable, MAX_WORD,
+    AxisKind, Commands, Context, Dialect, Fault, Interpreter, OwnCodes, ToolTable, MAX_WORD,
 };
 use leadscrew_machine::protocol::line_reader::{raw_column, LineReader, GRBL_LINE_LENGTH};
 use std::io::{self, Read, Write};
@@ -41,15 +40,15 @@ pub(crate) fn print_commands(program: &[u8]) -> String {
 
 /// Carries out one line and prints its commands, or its fault.
 fn answer(interpreter: &mut Interpreter<3>, raw: &[u8]) -> String {
-    let options = Options {
+    let dialect = Dialect {
         mist: true,
         parking_override: true,
         cycles: true,
-        ..Options::default()
+        tools: false,
     };
     let context = Context {
         axes: &[AxisKind::Linear; 3],
-        options: &options,
+        dialect: &dialect,
         laser_mode: false,
         soft_limits: false,
         reach: &[MAX_WORD; 3],

@@ -5,13 +5,17 @@ use crate::board::Duration;
 use crate::protocol::line_reader::GRBL_LINE_LENGTH;
 use crate::protocol::report::fields;
 use crate::settings::table::Setting;
-use crate::settings::values::Entry;
+use crate::settings::values::{Entry, Settings};
 use crate::step_timing::StepTiming;
 use core::cmp::Ordering;
 use leadscrew_gcode::Number;
-use leadscrew_planner::{PixelQueue, Queue, SmallQueue, USUAL_BLOCKS};
+use leadscrew_interpreter::{Context, OwnCodes, ToolTable};
+use leadscrew_planner::{Coordinate, PixelQueue, Queue, SmallQueue, USUAL_BLOCKS};
 
 pub use crate::segment_queue::{SegmentQueue, SegmentSender};
+pub(crate) use leadscrew_interpreter::axes::WITHOUT_EXTRUDER;
+pub use leadscrew_interpreter::axes::{extruder, AxisKind};
+pub use leadscrew_interpreter::Dialect;
 
 /// Segments that a [`SegmentQueue`], between the main loop and the step interrupt, holds by
 /// default, and the most that it may hold.
@@ -70,48 +74,6 @@ pub const CHANNELS: usize = 4;
 /// The longest motion that may be committed to the segment queue: a hold, a cancel or an override
 /// acts after this time at most.
 pub const COMMITTED: Duration = Duration::from_ticks(2_000);
-
-/// Whether an axis is a length or an angle.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum AxisKind {
-    /// Millimetres; inches where G20 is in force.
-    #[default]
-    Linear,
-    /// Degrees, never inches.
-    Rotary,
-    /// Filament of a printer, in millimetres. Its word is E, whatever the number of the axis. Only
-    /// an axis beyond the first three may be one.
-    Extruder,
-    /// No axis: it has no word, no setting, and no place in reports. Only axes beyond the first
-    /// three may be absent, and the axes behind an absent one are absent, too. So a machine that is
-    /// built for four axes answers as one that is built for three.
-    Absent,
-}
-
-impl AxisKind {
-    /// How many axes there are.
-    pub(crate) fn count<const AXES: usize>(axes: &[Self; AXES]) -> usize {
-        if AXES <= WITHOUT_EXTRUDER {
-            return AXES;
-        }
-        let first = axes.iter().position(|kind| *kind == Self::Absent);
-        first.map_or(AXES, |absent| absent.max(WITHOUT_EXTRUDER))
-    }
-}
-
-/// Axes that are always there, and never an extruder: X, Y, Z. A machine without further axes is
-/// built without E, and does not count its axes.
-pub(crate) const WITHOUT_EXTRUDER: usize = 3;
-
-/// The axis of the extruder, if there is one.
-pub fn extruder<const AXES: usize>(axes: &[AxisKind; AXES]) -> Option<usize> {
-    if AXES <= WITHOUT_EXTRUDER {
-        return None;
-    }
-    let mut further = axes.iter().enumerate().skip(WITHOUT_EXTRUDER);
-    further.find_map(|(axis, kind)| (*kind == AxisKind::Extruder).then_some(axis))
-}
 
 /// Axes that home together, one bit an axis.
 pub type AxisMask = u8;
@@ -179,8 +141,6 @@ impl Squaring {
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Options {
-    /// M7 and the mist valve.
-    pub mist: bool,
     /// A safety door switch.
     pub door: bool,
     /// Line numbers in status reports (`Ln:`).
@@ -189,14 +149,6 @@ pub struct Options {
     pub single_axis_homing: bool,
     /// Parking on an open door.
     pub parking: Option<ParkingConfig>,
-    /// M56, which allows and forbids parking.
-    pub parking_override: bool,
-    /// Canned cycles, which Grbl has not: G73, G81 to G83, G85, G86, G89, G98, G99, and the words Q
-    /// and L for them.
-    pub cycles: bool,
-    /// A tool table, which Grbl has not: T stays selected, G43 Hn, G10 L1. For a machine with an
-    /// extension that keeps the table.
-    pub tools: bool,
 }
 
 /// The rules of limit switches beyond Grbl's.
@@ -289,6 +241,8 @@ pub struct MachineConfig<const AXES: usize> {
     pub report_bits: u8,
     /// Options that Grbl chooses when it is compiled.
     pub options: Options,
+    /// The words of its programs that not every machine knows. With `mist` it has that valve.
+    pub dialect: Dialect,
 }
 
 /// `$10` in Grbl: 1 machine position, 2 `Bf:`. Bits 4 (`Ln:`) and 8 (`Fin:`) are our own.
@@ -323,15 +277,34 @@ impl<const AXES: usize> MachineConfig<AXES> {
             rules: SwitchRules::GRBL,
             report_bits: REPORT_BITS,
             options: Options {
-                mist: false,
                 door: false,
                 line_numbers: false,
                 single_axis_homing: false,
                 parking: None,
-                parking_override: false,
-                cycles: true,
-                tools: false,
             },
+            dialect: Dialect {
+                cycles: true,
+                ..Dialect::GRBL
+            },
+        }
+    }
+
+    /// The context of its lines with the M codes of `own`, without a tool table. `reach` is that of
+    /// [`Context::reach`].
+    pub fn context<'a>(
+        &'a self,
+        settings: &Settings<AXES>,
+        reach: &'a [Coordinate; AXES],
+        own: OwnCodes<'a>,
+    ) -> Context<'a, AXES> {
+        Context {
+            axes: &self.axes,
+            dialect: &self.dialect,
+            laser_mode: settings.is_on(Setting::Laser),
+            soft_limits: settings.is_on(Setting::SoftLimits),
+            reach,
+            own,
+            tools: ToolTable::NONE,
         }
     }
 
@@ -340,7 +313,7 @@ impl<const AXES: usize> MachineConfig<AXES> {
     pub const fn grbl() -> Self {
         let mut config = Self::new();
         config.step_timing = StepTiming::GRBL;
-        config.options.cycles = false;
+        config.dialect = Dialect::GRBL;
         config.moves = 15;
         config.pixels = 0;
         config.receive_size = 128;

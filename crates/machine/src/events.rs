@@ -285,7 +285,7 @@ where
             | State::Check
             | State::Sleep => return,
         }
-        if mist && !self.config.options.mist {
+        if mist && !self.config.dialect.mist {
             return;
         }
         let mut wanted = self.tool.coolant.wanted();

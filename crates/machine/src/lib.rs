@@ -23,7 +23,6 @@ mod hard_limits;
 mod history;
 pub mod home;
 pub mod inputs;
-pub mod interpreter;
 mod lines;
 mod listing;
 pub mod machine;
@@ -48,6 +47,8 @@ mod system;
 pub mod tool;
 mod unsaved;
 pub mod work;
+
+pub use leadscrew_interpreter as interpreter;
 
 /// The examples of the package's README, run as tests.
 #[cfg(doctest)]

@@ -122,7 +122,7 @@ where
         let length = |tool| self.extension.tool_length(tool);
         let context = Context {
             tools: tool_table::<X, AXES>(&length),
-            ..Context::new(&self.config, &self.settings, &self.motion.reach, own)
+            ..self.config.context(&self.settings, &self.motion.reach, own)
         };
         let commands = self.activity.line.commands();
         match self.program.interpreter.interpret(line, &context, commands) {
@@ -141,7 +141,7 @@ where
         let check = |call: &Call| self.extension.check(call);
         let own = Own::new(&find, &check);
         let own = own_codes::<X, AXES>(&own);
-        let context = Context::new(&self.config, &self.settings, &self.motion.reach, own);
+        let context = self.config.context(&self.settings, &self.motion.reach, own);
         self.program.interpreter.serves_operator(line, &context)
     }
 

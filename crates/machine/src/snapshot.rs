@@ -223,7 +223,7 @@ where
             },
             mist: modal.coolant.mist,
             flood: modal.coolant.flood,
-            parking: self.config.options.parking_override && self.program.parking_allowed,
+            parking: self.config.dialect.parking_override && self.program.parking_allowed,
             extrusion: extruder(&self.config.axes).map(|_| {
                 match modal.extrusion.unwrap_or(modal.distance) {
                     Distance::Absolute => 82,
@@ -239,14 +239,14 @@ where
 
     /// The second line of `$I`.
     pub(crate) fn options_line(&self, bytes: usize) -> OptionsLine {
-        let options = &self.config.options;
+        let (options, dialect) = (&self.config.options, &self.config.dialect);
         OptionsLine {
             line_numbers: options.line_numbers,
-            mist: options.mist,
+            mist: dialect.mist,
             crossed_belts: !self.motion.sharing().is_empty(),
             parking: options.parking.is_some(),
             single_axis_homing: options.single_axis_homing,
-            parking_override: options.parking_override,
+            parking_override: dialect.parking_override,
             door: options.door,
             two_motors: self.switches.dual.is_some(),
             moves: self.config.moves,

@@ -4,7 +4,7 @@ use crate::activity::line::{LineKind, Origin};
 use crate::board::{Board, ChannelId, Instant};
 use crate::console::{Discard, Listing};
 use crate::extension::{Call, Extension};
-use crate::interpreter::{Command, Context, Fault, OffsetId, Own};
+use crate::interpreter::{Command, Fault, OffsetId, Own};
 use crate::lines::own_codes;
 use crate::machine::Machine;
 use crate::protocol::message::Message;
@@ -174,7 +174,7 @@ where
             let check = |call: &Call| self.extension.check(call);
             let own = Own::new(&find, &check);
             let own = own_codes::<X, AXES>(&own);
-            let context = Context::new(&self.config, &self.settings, &self.motion.reach, own);
+            let context = self.config.context(&self.settings, &self.motion.reach, own);
             self.program.interpreter.check(line, &context)?;
         }
         self.store.memory.set_startup(index, line);
@@ -240,7 +240,7 @@ where
         let check = |call: &Call| self.extension.check(call);
         let own = Own::new(&find, &check);
         let own = own_codes::<X, AXES>(&own);
-        let context = Context::new(&self.config, &self.settings, &self.motion.reach, own);
+        let context = self.config.context(&self.settings, &self.motion.reach, own);
         let Some(mut jog) = self.program.interpreter.jog(line, &context)? else {
             return Ok(Reply::Now);
         };

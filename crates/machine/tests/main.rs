@@ -10,3 +10,4 @@ mod rules;
 mod session;
 mod small;
 mod storing;
+mod texts;

@@ -15,7 +15,7 @@ type Desk<'m> = Session<'m, Cartesian, ToolChange<3, 1024>>;
 
 fn boot_as(memory: &mut Memory, shown: Shown) -> Desk<'_> {
     let mut config = MachineConfig::grbl();
-    config.options.tools = true;
+    config.dialect.tools = true;
     let extension = ToolChange::new(ToolChangeConfig {
         shown,
         ..ToolChangeConfig::DEFAULT

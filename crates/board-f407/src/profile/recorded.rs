@@ -131,7 +131,7 @@ pub(crate) fn config() -> MachineConfig<AXES> {
     config.step_timing = image::TIMING;
     let [_, _, _, _, door] = buttons();
     config.options.door = door.is_some();
-    config.options.mist = output(content.outputs.mist).is_some();
+    config.dialect.mist = output(content.outputs.mist).is_some();
     if let Some(tick_ns) = number(option_env!("LEADSCREW_TICK_NS")) {
         config.step_timing.tick_ns = tick_ns;
     }

@@ -31,7 +31,7 @@ pub(crate) use selected::{HEATER_FAULT, SENSORS};
 pub(crate) const fn config() -> MachineConfig<AXES> {
     let mut config = selected::config();
     config.options.door = PROFILE.door.is_some();
-    config.options.mist = PROFILE.mist.is_some();
+    config.dialect.mist = PROFILE.mist.is_some();
     if let Some(tick_ns) = number(option_env!("LEADSCREW_TICK_NS")) {
         config.step_timing.tick_ns = tick_ns;
     }

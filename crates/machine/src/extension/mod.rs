@@ -35,10 +35,11 @@ use crate::protocol::status::Status;
 use crate::settings::table::Row;
 use crate::state::State;
 use core::fmt;
-use leadscrew_gcode::{Letter, Number};
+use leadscrew_gcode::Number;
 use leadscrew_planner::Coordinate;
 
-pub use crate::protocol::codes::OwnCode;
+pub use crate::protocol::own_code::OwnCode;
+pub use leadscrew_interpreter::own::{Call, MCode, Words};
 pub use leadscrew_stepper::OutputChange;
 
 /// An addition to a machine with `AXES` axes.
@@ -197,108 +198,6 @@ pub enum Gate {
     Wait,
     /// The line is answered with this error; nothing else of it is carried out.
     Refuse(Status),
-}
-
-/// An M code of an extension.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct MCode {
-    /// The letters of the words that belong to it, a bit each.
-    letters: u32,
-    /// Whether it stands alone on its line.
-    alone: bool,
-}
-
-impl MCode {
-    /// An M code without words of its own. Its line may have any other words.
-    pub const PLAIN: Self = Self {
-        letters: 0,
-        alone: false,
-    };
-
-    /// An M code that takes these words, each one of `L`, `P`, `R`, `S` and `T`: on its line they
-    /// mean nothing to GRBL. The line may leave out any of them.
-    pub const fn with(words: &[Letter]) -> Self {
-        let (mut letters, mut rest) = (0, words);
-        while let [letter, tail @ ..] = rest {
-            letters |= 1 << *letter as u32;
-            rest = tail;
-        }
-        Self {
-            letters,
-            alone: false,
-        }
-    }
-
-    /// The same M code, standing alone: its line has no words but its own and `N`. An M code that
-    /// moves axes has to stand alone.
-    pub const fn alone(self) -> Self {
-        Self {
-            alone: true,
-            ..self
-        }
-    }
-
-    /// The letters of its words, a bit each.
-    pub(crate) const fn letters(self) -> u32 {
-        self.letters
-    }
-
-    /// Whether it stands alone on its line.
-    pub const fn is_alone(self) -> bool {
-        self.alone
-    }
-
-    /// Whether this word belongs to it.
-    pub const fn takes(self, letter: Letter) -> bool {
-        self.letters & 1 << letter as u32 != 0
-    }
-}
-
-/// An M code of an extension, as a line has it.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Call {
-    /// Its number.
-    pub code: u8,
-    /// The words that belong to it.
-    pub words: Words,
-}
-
-/// Words of a line that belong to an M code of an extension.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Words {
-    /// Which of them the line has, a bit a letter.
-    letters: u32,
-    values: [Number; Self::LETTERS.len()],
-}
-
-impl Words {
-    /// The letters that such words can have.
-    pub const LETTERS: [Letter; 5] = [Letter::L, Letter::P, Letter::R, Letter::S, Letter::T];
-    /// No words.
-    pub const NONE: Self = Self {
-        letters: 0,
-        values: [Number::from_int(0); Self::LETTERS.len()],
-    };
-
-    /// The value of a word, if the line has it.
-    pub fn get(&self, letter: Letter) -> Option<Number> {
-        let has = self.letters & 1 << letter as u32 != 0;
-        let mut words = Self::LETTERS.iter().zip(self.values);
-        let value = words.find_map(|(of, value)| (*of == letter).then_some(value));
-        value.filter(|_| has)
-    }
-
-    /// Adds a word.
-    pub fn insert(&mut self, letter: Letter, value: Number) {
-        let mut words = Self::LETTERS.iter().zip(&mut self.values);
-        if let Some((_, place)) = words.find(|(of, _)| **of == letter) {
-            *place = value;
-            self.letters |= 1 << letter as u32;
-        }
-    }
 }
 
 /// How an M code goes on.

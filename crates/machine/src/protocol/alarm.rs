@@ -1,7 +1,7 @@
 //! Why the machine locked itself: `ALARM:N`. The numbers are GRBL's.
 
-use super::codes::codes;
 use core::fmt;
+use leadscrew_interpreter::codes;
 
 codes! {
     /// Why the machine locked itself.
@@ -48,17 +48,7 @@ impl core::error::Error for Alarm {}
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::protocol::codes::assert_is_a_good_table;
     use std::vec::Vec;
-
-    #[test]
-    fn texts_are_safe_to_send() {
-        let rows: Vec<_> = Alarm::ALL
-            .iter()
-            .map(|code| (code.number(), code.text(), code.explanation()))
-            .collect();
-        assert_is_a_good_table(&rows);
-    }
 
     #[test]
     fn numbers_are_those_of_grbl() {

@@ -2,13 +2,14 @@
 
 pub mod alarm;
 pub mod cadence;
-pub(crate) mod codes;
 pub mod decimal;
 mod late;
 pub mod line_reader;
 pub mod message;
+pub(crate) mod own_code;
 pub mod realtime;
 pub mod report;
 pub mod serial;
-pub mod status;
 pub mod system_command;
+
+pub use leadscrew_interpreter::status;

@@ -3,7 +3,7 @@
 use super::{Profile, Socket};
 use crate::powered::MOST_AXES;
 use leadscrew_boards::{Board, Machine, Needs, Socket as OfBoard, Unfit, RECORDED_MOTORS};
-use leadscrew_machine::config::{MachineConfig, Options, SwitchRules};
+use leadscrew_machine::config::{Dialect, MachineConfig, Options, SwitchRules};
 use leadscrew_planner::Train;
 use std::fmt;
 
@@ -67,12 +67,16 @@ impl Profile {
             without_switch: config.rules.without_switch,
             ..plain.rules
         };
-        // The board's pins decide about these two.
+        // The board's pins decide about the door and the mist valve.
         let options = Options {
-            mist: config.options.mist,
             door: config.options.door,
             ..plain.options
         };
+        let dialect = Dialect {
+            mist: config.dialect.mist,
+            ..plain.dialect
+        };
+        let has_options = config.options != options || config.dialect != dialect;
         let keys = [
             ("axes.e", self.axes.e.is_some()),
             ("a fifth motor", self.motor_count() > RECORDED_MOTORS),
@@ -84,7 +88,7 @@ impl Profile {
             ("look_ahead", config.moves != plain.moves),
             ("second_motor's squaring", config.squaring != plain.squaring),
             ("switches, or `stops` of an axis", config.rules != rules),
-            ("options", config.options != options),
+            ("options", has_options),
         ];
         keys.into_iter()
             .find_map(|(key, is_there)| is_there.then_some(key))

@@ -10,7 +10,9 @@ use crate::plant::{Pin, Plate, Side, Switch};
 use crate::powered::MOST_AXES;
 use crate::tool_pins::{ToolHeight, ToolSwitches};
 use leadscrew_machine::config::SwitchRules;
-use leadscrew_machine::config::{AxisKind, MachineConfig, Options, ParkingConfig, Squaring};
+use leadscrew_machine::config::{
+    AxisKind, Dialect, MachineConfig, Options, ParkingConfig, Squaring,
+};
 use leadscrew_outputs::OutputsConfig;
 
 /// The most axes of a machine with a second motor.
@@ -72,11 +74,13 @@ impl Profile {
             };
         }
         config.options = Options {
-            mist: self.options.mist,
             door: self.door.fitted,
             line_numbers: self.options.line_numbers,
             single_axis_homing: self.options.single_axis_homing,
             parking: self.options.parking.then_some(ParkingConfig::GRBL),
+        };
+        config.dialect = Dialect {
+            mist: self.options.mist,
             parking_override: self.options.parking_override,
             cycles: true,
             tools: self.tool_change.is_some(),

@@ -1,6 +1,6 @@
 //! A recorded conversation as it is stored in a file.
 
-use leadscrew_machine::config::{AxisKind, MachineConfig, Options, ParkingConfig};
+use leadscrew_machine::config::{AxisKind, Dialect, MachineConfig, Options, ParkingConfig};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
@@ -60,6 +60,11 @@ impl Build {
             *kind = AxisKind::Absent;
         });
         config.options = self.options();
+        config.dialect = Dialect {
+            mist: matches!(self, Self::M7 | Self::Ext),
+            parking_override: self == Self::Park,
+            ..config.dialect
+        };
         if config.options.line_numbers {
             config.moves = MOVES_WITH_LINE_NUMBERS;
         }
@@ -69,13 +74,8 @@ impl Build {
     fn options(self) -> Options {
         let stock = Options::default();
         match self {
-            Self::Default => stock,
-            Self::M7 => Options {
-                mist: true,
-                ..stock
-            },
+            Self::Default | Self::M7 => stock,
             Self::Ext => Options {
-                mist: true,
                 door: true,
                 line_numbers: true,
                 single_axis_homing: true,
@@ -84,7 +84,6 @@ impl Build {
             Self::Park => Options {
                 door: true,
                 parking: Some(ParkingConfig::GRBL),
-                parking_override: true,
                 ..stock
             },
         }

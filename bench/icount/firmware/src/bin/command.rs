@@ -6,8 +6,9 @@
 use core::hint::black_box;
 use icount_firmware::{count, done};
 use leadscrew_machine::{
-    config::{AxisKind, Options},
-    interpreter::{Commands, Context, Interpreter, OwnCodes, ToolTable, MAX_WORD},
+    interpreter::{
+        AxisKind, Commands, Context, Dialect, Interpreter, OwnCodes, ToolTable, MAX_WORD,
+    },
     protocol::line_reader::{LineReader, GRBL_LINE_LENGTH},
 };
 
@@ -54,10 +55,9 @@ fn interpret(
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    let options = Options::default();
     let context = Context {
         axes: &[AxisKind::Linear; 3],
-        options: &options,
+        dialect: &Dialect::GRBL,
         laser_mode: false,
         soft_limits: false,
         reach: &[MAX_WORD; 3],

@@ -3,7 +3,7 @@
 
 use super::AXIS_LETTERS;
 use crate::protocol::alarm::Alarm;
-use crate::protocol::codes::OwnCode;
+use crate::protocol::own_code::OwnCode;
 use crate::protocol::status::Status;
 use crate::settings::group::Group;
 use crate::settings::table::{Kind, Row};

@@ -1,0 +1,43 @@
+//! The kinds of axes.
+
+/// Whether an axis is a length or an angle.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum AxisKind {
+    /// Millimetres; inches where G20 is in force.
+    #[default]
+    Linear,
+    /// Degrees, never inches.
+    Rotary,
+    /// Filament of a printer, in millimetres. Its word is E, whatever the number of the axis. Only
+    /// an axis beyond the first three may be one.
+    Extruder,
+    /// No axis: it has no word, no setting, and no place in reports. Only axes beyond the first
+    /// three may be absent, and the axes behind an absent one are absent, too. So a machine that is
+    /// built for four axes answers as one that is built for three.
+    Absent,
+}
+
+impl AxisKind {
+    /// How many axes there are.
+    pub fn count<const AXES: usize>(axes: &[Self; AXES]) -> usize {
+        if AXES <= WITHOUT_EXTRUDER {
+            return AXES;
+        }
+        let first = axes.iter().position(|kind| *kind == Self::Absent);
+        first.map_or(AXES, |absent| absent.max(WITHOUT_EXTRUDER))
+    }
+}
+
+/// Axes that are always there, and never an extruder: X, Y, Z. A machine without further axes is
+/// built without E, and does not count its axes.
+pub const WITHOUT_EXTRUDER: usize = 3;
+
+/// The axis of the extruder, if there is one.
+pub fn extruder<const AXES: usize>(axes: &[AxisKind; AXES]) -> Option<usize> {
+    if AXES <= WITHOUT_EXTRUDER {
+        return None;
+    }
+    let mut further = axes.iter().enumerate().skip(WITHOUT_EXTRUDER);
+    further.find_map(|(axis, kind)| (*kind == AxisKind::Extruder).then_some(axis))
+}

@@ -1,0 +1,94 @@
+//! G10 and G92 need axis words (error 26), for G10 P or L (28), a system that exists (29), and the
+//! right L (20).
+
+use super::{pick, storable, Check, Effect, L, P, R};
+use crate::command::OffsetId;
+use crate::fault::Refusal;
+use crate::modal_state::WorkSystem;
+use crate::offsets::TOOL_AXIS;
+use crate::Coordinate;
+use crate::Status;
+
+impl<const AXES: usize> Check<'_, AXES> {
+    /// G10 L2 (the words are the origin) and L20 (the words are where the axes shall be).
+    pub(super) fn set_origin(&mut self) -> Result<Effect<AXES>, Refusal> {
+        let fault = |status| Refusal::g(status, 10);
+        if self.block.axis_mask == 0 {
+            return Err(fault(Status::NoAxisWords));
+        }
+        if !self.gives(P) && !self.gives(L) {
+            return Err(fault(Status::MissingWord));
+        }
+        if self.block.l.trunc() == 1 && self.gives(L) && self.context.dialect.tools {
+            return self.set_tool();
+        }
+        let system = self.named_system()?;
+        let others = match self.block.l.trunc() {
+            2 if !self.gives(R) => None,
+            20 => Some(self.state.offsets.without_system()),
+            _ => return Err(Refusal::words(Status::UnsupportedCommand, L)),
+        };
+        self.unused = self.unused.without(P).without(L);
+        let old = self.state.offsets.get(OffsetId::Work(system));
+        let origin = match others {
+            None => self.merge(old, |_, word| word),
+            Some(others) => self.merge(old, |axis, word| self.shift(&others, axis, word)),
+        };
+        Ok(Effect::SetOrigin(system, origin))
+    }
+
+    /// G10 L1: the length of tool P.
+    fn set_tool(&mut self) -> Result<Effect<AXES>, Refusal> {
+        if self.block.axis_mask != 1 << TOOL_AXIS {
+            return Err(Refusal::g(Status::ToolLengthAxis, 10));
+        }
+        let tool = u8::try_from(self.block.p.trunc());
+        let tool = tool.map_err(|_| Refusal::words(Status::ToolTooLarge, P))?;
+        if tool == 0 || self.context.tools.length(Some(tool)).is_none() {
+            return Err(Refusal::words(Status::OutOfRange, P));
+        }
+        self.unused = self.unused.without(P).without(L);
+        Ok(Effect::SetTool(tool, self.word(TOOL_AXIS)))
+    }
+
+    /// The system that P names; the one in force where it is 0 or missing.
+    fn named_system(&self) -> Result<WorkSystem, Refusal> {
+        match usize::try_from(self.block.p.trunc()) {
+            Ok(0) => Some(self.block.modal.system),
+            Ok(number) => WorkSystem::ALL.get(number - 1).copied(),
+            Err(_) => None,
+        }
+        .ok_or(Refusal::words(Status::UnsupportedSystem, P))
+    }
+
+    pub(super) fn set_g92(&self) -> Result<Effect<AXES>, Refusal> {
+        if self.block.axis_mask == 0 {
+            return Err(Refusal::g(Status::NoAxisWords, 92));
+        }
+        let offsets = &self.state.offsets;
+        let others = offsets.without_g92(self.block.modal.system);
+        let offset = self.merge(offsets.g92(), |axis, word| self.shift(&others, axis, word));
+        Ok(Effect::SetG92(offset))
+    }
+
+    /// The offset that, with the others, makes the present position read as `word`.
+    fn shift(&self, others: &[Coordinate; AXES], axis: usize, word: Coordinate) -> Coordinate {
+        pick(&self.state.position, axis) - pick(others, axis) - word
+    }
+
+    /// The old offsets, with new ones on axes that have a word: no farther than
+    /// [`MAX_WORD`](crate::MAX_WORD).
+    fn merge(
+        &self,
+        old: &[Coordinate; AXES],
+        new: impl Fn(usize, Coordinate) -> Coordinate,
+    ) -> [Coordinate; AXES] {
+        let mut merged = *old;
+        for (axis, merged) in merged.iter_mut().enumerate() {
+            if self.moves(axis) {
+                *merged = storable(new(axis, self.word(axis)));
+            }
+        }
+        merged
+    }
+}

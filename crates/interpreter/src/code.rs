@@ -1,0 +1,242 @@
+//! G and M numbers: which exist, their meaning, and the error of a wrong one.
+//!
+//! GRBL takes a number modulo 256 and its fraction in hundredths, rounded: G38.204 is G38.2, G0.004
+//! is G0. A number that wraps is never accepted. It is refused as the wrapped number is: G256 as a
+//! G0 with a fraction, G300 as G44.
+
+use super::command::OffsetId;
+use super::cycle::kind::CycleKind;
+use super::letters::{Group, GROUPS_IN_JOGS};
+use super::modal_state::{
+    Distance, FeedMode, Motion, Plane, ProbeKind, Retract, Rotation, Turn, Units, WorkSystem,
+};
+use super::takers::{AxisCommand, Flow, NonModal};
+use crate::Dialect;
+use crate::Status;
+use leadscrew_gcode::Number;
+
+/// The number of a G or M word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Code {
+    whole: u8,
+    /// 0 to 100, or [`WRAPPED`].
+    hundredths: u16,
+}
+
+/// The fraction of a number that is not within 0 to 255: no word has it.
+const WRAPPED: u16 = u16::MAX;
+
+/// The meaning of a G word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum GWord {
+    NonModal(NonModal),
+    Motion(Motion),
+    Plane(Plane),
+    Distance(Distance),
+    /// G91.1, the only mode there is.
+    ArcDistance,
+    FeedMode(FeedMode),
+    Retract(Retract),
+    Units(Units),
+    /// G40, the only mode there is.
+    CutterCompensation,
+    /// G43.1, G49: their effect depends on the axis words.
+    ToolLength,
+    System(WorkSystem),
+    /// G61, the only mode there is.
+    PathControl,
+}
+
+impl GWord {
+    pub(super) const fn group(self) -> Group {
+        match self {
+            Self::NonModal(_) => Group::NonModal,
+            Self::Motion(_) => Group::Motion,
+            Self::Plane(_) => Group::Plane,
+            Self::Distance(_) => Group::Distance,
+            Self::ArcDistance => Group::ArcDistance,
+            Self::FeedMode(_) => Group::FeedMode,
+            Self::Retract(_) => Group::Retract,
+            Self::Units(_) => Group::Units,
+            Self::CutterCompensation => Group::CutterCompensation,
+            Self::ToolLength => Group::ToolLength,
+            Self::System(_) => Group::System,
+            Self::PathControl => Group::PathControl,
+        }
+    }
+}
+
+/// The meaning of an M word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum MWord {
+    Flow(Flow),
+    Spindle(Rotation),
+    Mist,
+    Flood,
+    CoolantOff,
+    Parking,
+}
+
+impl MWord {
+    pub(super) const fn group(self) -> Group {
+        match self {
+            Self::Flow(_) => Group::Flow,
+            Self::Spindle(_) => Group::Spindle,
+            Self::Mist | Self::Flood | Self::CoolantOff => Group::Coolant,
+            Self::Parking => Group::Parking,
+        }
+    }
+}
+
+impl Code {
+    pub(super) fn of(value: Number) -> Self {
+        let whole = value.trunc();
+        let fraction = value
+            .nanos()
+            .wrapping_sub(whole.wrapping_mul(1_000_000_000));
+        let hundredths = match fraction as i32 {
+            _ if u8::try_from(whole).is_err() => WRAPPED,
+            0 => 0,
+            fraction => ((fraction.unsigned_abs() + 5_000_000) / 10_000_000) as u16,
+        };
+        Self {
+            whole: whole as u8,
+            hundredths,
+        }
+    }
+
+    pub(super) const fn whole(self) -> u8 {
+        self.whole
+    }
+
+    /// Answers who takes the axis words because of this G word. Asked before the word is known to
+    /// exist.
+    pub(super) const fn claims(self, dialect: &Dialect) -> Option<AxisCommand> {
+        match self.whole {
+            0..=3 | 38 => Some(AxisCommand::Motion),
+            73 | 81..=83 | 85 | 86 | 89 if dialect.cycles => Some(AxisCommand::Motion),
+            43 if dialect.tools && self.hundredths == 0 => None,
+            43 => Some(AxisCommand::SetToolLength),
+            49 => Some(AxisCommand::CancelToolLength),
+            10 | 28 | 30 | 92 if self.hundredths == 0 => Some(AxisCommand::NonModal),
+            _ => None,
+        }
+    }
+
+    /// Answers whether a jog may have this number as a G word.
+    pub(super) fn may_be_in_jogs(self) -> bool {
+        match self.g(&Dialect::GRBL) {
+            Ok(GWord::NonModal(command)) => command == NonModal::MachineCoordinates,
+            Ok(word) => GROUPS_IN_JOGS.contains(word.group()),
+            Err(_) => false,
+        }
+    }
+
+    /// Answers the meaning of this number as a G word, on a machine built with these dialect.
+    #[inline]
+    pub(super) fn g(self, dialect: &Dialect) -> Result<GWord, Status> {
+        match self.hundredths {
+            0 => self.whole_g(dialect).ok_or(Status::UnsupportedCommand),
+            1..=100 => self.fractional_g(dialect),
+            _ => Err(self.not_whole(dialect)),
+        }
+    }
+
+    #[inline]
+    fn whole_g(self, dialect: &Dialect) -> Option<GWord> {
+        Some(match self.whole {
+            0 => GWord::Motion(Motion::Rapid),
+            1 => GWord::Motion(Motion::Feed),
+            2 => GWord::Motion(Motion::Arc(Turn::Clockwise)),
+            3 => GWord::Motion(Motion::Arc(Turn::Counterclockwise)),
+            4 => GWord::NonModal(NonModal::Dwell),
+            10 => GWord::NonModal(NonModal::SetOrigin),
+            17 => GWord::Plane(Plane::Xy),
+            18 => GWord::Plane(Plane::Zx),
+            19 => GWord::Plane(Plane::Yz),
+            20 => GWord::Units(Units::Inches),
+            21 => GWord::Units(Units::Millimetres),
+            28 => GWord::NonModal(NonModal::GoTo(OffsetId::G28)),
+            30 => GWord::NonModal(NonModal::GoTo(OffsetId::G30)),
+            40 => GWord::CutterCompensation,
+            49 => GWord::ToolLength,
+            43 if dialect.tools => GWord::ToolLength,
+            53 => GWord::NonModal(NonModal::MachineCoordinates),
+            54 => GWord::System(WorkSystem::G54),
+            55 => GWord::System(WorkSystem::G55),
+            56 => GWord::System(WorkSystem::G56),
+            57 => GWord::System(WorkSystem::G57),
+            58 => GWord::System(WorkSystem::G58),
+            59 => GWord::System(WorkSystem::G59),
+            61 => GWord::PathControl,
+            80 => GWord::Motion(Motion::Cancelled),
+            73 | 81..=83 | 85 | 86 | 89 if dialect.cycles => {
+                GWord::Motion(Motion::Cycle(CycleKind::from_code(self.whole)?))
+            }
+            90 => GWord::Distance(Distance::Absolute),
+            91 => GWord::Distance(Distance::Incremental),
+            92 => GWord::NonModal(NonModal::SetG92),
+            93 => GWord::FeedMode(FeedMode::InverseTime),
+            94 => GWord::FeedMode(FeedMode::PerMinute),
+            98 if dialect.cycles => GWord::Retract(Retract::Initial),
+            99 if dialect.cycles => GWord::Retract(Retract::Clear),
+            _ => return None,
+        })
+    }
+
+    fn fractional_g(self, dialect: &Dialect) -> Result<GWord, Status> {
+        let probe = |toward, must_trigger| {
+            GWord::Motion(Motion::Probe(ProbeKind {
+                toward,
+                must_trigger,
+            }))
+        };
+        Ok(match (self.whole, self.hundredths) {
+            (28, 10) => GWord::NonModal(NonModal::Store(OffsetId::G28)),
+            (30, 10) => GWord::NonModal(NonModal::Store(OffsetId::G30)),
+            (38, 20) => probe(true, true),
+            (38, 30) => probe(true, false),
+            (38, 40) => probe(false, true),
+            (38, 50) => probe(false, false),
+            (43, 10) | (49, _) => GWord::ToolLength,
+            (91, 10) => GWord::ArcDistance,
+            (92, 10) => GWord::NonModal(NonModal::ClearG92),
+            _ => return Err(self.not_whole(dialect)),
+        })
+    }
+
+    /// Answers the status of a fraction that means nothing: [`Status::NotWhole`] for a number that
+    /// exists and that G-code never gives a fraction, otherwise [`Status::UnsupportedCommand`].
+    fn not_whole(self, dialect: &Dialect) -> Status {
+        match self.whole {
+            28 | 30 | 38 | 43 | 61 | 90 | 91 | 92 => Status::UnsupportedCommand,
+            _ if self.whole_g(dialect).is_some() => Status::NotWhole,
+            _ => Status::UnsupportedCommand,
+        }
+    }
+
+    /// Answers the number, if it is a whole one of 0 to 255.
+    pub(super) fn exact(self) -> Option<u8> {
+        (self.hundredths == 0).then_some(self.whole)
+    }
+
+    /// Answers the meaning of this number as an M word, on a machine built with these dialect.
+    pub(super) fn m(self, dialect: &Dialect) -> Result<MWord, Status> {
+        if self.hundredths != 0 {
+            return Err(Status::NotWhole);
+        }
+        Ok(match self.whole {
+            0 => MWord::Flow(Flow::Pause),
+            1 => MWord::Flow(Flow::Continue), // there is no switch for an optional stop
+            2 | 30 => MWord::Flow(Flow::End),
+            3 => MWord::Spindle(Rotation::Clockwise),
+            4 => MWord::Spindle(Rotation::Counterclockwise),
+            5 => MWord::Spindle(Rotation::Off),
+            7 if dialect.mist => MWord::Mist,
+            8 => MWord::Flood,
+            9 => MWord::CoolantOff,
+            56 if dialect.parking_override => MWord::Parking,
+            _ => return Err(Status::UnsupportedCommand),
+        })
+    }
+}

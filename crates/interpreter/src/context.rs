@@ -1,0 +1,159 @@
+//! The settings and the machine that a line's meaning depends on.
+
+use super::Coordinate;
+use crate::own::{Call, MCode, Words};
+use crate::AxisKind;
+use crate::Status;
+use core::cell::Cell;
+use core::fmt;
+
+/// The settings and the build of the machine, as far as the meaning of a line depends on them.
+#[derive(Debug, Clone, Copy)]
+pub struct Context<'a, const AXES: usize> {
+    /// Linear axes take inches in G20, rotary ones never.
+    pub axes: &'a [AxisKind; AXES],
+    /// Words that not every machine knows.
+    pub dialect: &'a Dialect,
+    /// `$32`: spindle words are laser words.
+    pub laser_mode: bool,
+    /// `$20`: a target beyond `reach` is replaced by one just beyond it. That lies outside every
+    /// travel, so that the answer is an alarm, as in Grbl. Without soft limits a target beyond
+    /// `reach` is refused.
+    pub soft_limits: bool,
+    /// The farthest machine coordinate to either side, by axis, that steps can count. Half the
+    /// range of `i32` divided by the steps per mm keeps every move countable, too. At most
+    /// [`MAX_WORD`](super::MAX_WORD).
+    pub reach: &'a [Coordinate; AXES],
+    /// M codes beyond GRBL's.
+    pub own: OwnCodes<'a>,
+    /// The tool table.
+    pub tools: ToolTable<'a>,
+}
+
+/// The words that Grbl knows only where it is compiled for them, and words that it does not know. The
+/// others are refused where they are off.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Dialect {
+    /// M7, for the mist valve.
+    pub mist: bool,
+    /// M56, which allows and forbids parking.
+    pub parking_override: bool,
+    /// Canned cycles, which Grbl has not: G73, G81 to G83, G85, G86, G89, G98, G99, and the words Q
+    /// and L for them.
+    pub cycles: bool,
+    /// A tool table, which Grbl has not: T stays selected, G43 Hn, G10 L1. For a machine with an
+    /// extension that keeps the table.
+    pub tools: bool,
+}
+
+impl Dialect {
+    /// The words of Grbl as it is usually compiled.
+    pub const GRBL: Self = Self {
+        mist: false,
+        parking_override: false,
+        cycles: false,
+        tools: false,
+    };
+}
+
+/// Answers the length of a tool, or of the one in the spindle: `None` where there is no such tool.
+type LengthOf<'a> = dyn Fn(Option<u8>) -> Option<Coordinate> + 'a;
+
+/// The lengths of tools, if the machine has a table of them.
+#[derive(Clone, Copy, Default)]
+pub struct ToolTable<'a>(Option<&'a LengthOf<'a>>);
+
+impl<'a> ToolTable<'a> {
+    /// No table.
+    pub const NONE: Self = Self(None);
+
+    /// A table that `length` looks up.
+    pub const fn some(length: &'a LengthOf<'a>) -> Self {
+        Self(Some(length))
+    }
+
+    /// The length of a tool, or of the one in the spindle.
+    pub(super) fn length(self, tool: Option<u8>) -> Option<Coordinate> {
+        self.0.and_then(|length| length(tool))
+    }
+}
+
+impl fmt::Debug for ToolTable<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("ToolTable").field(&self.0.is_some()).finish()
+    }
+}
+
+/// The M codes of an extension, and the one that a line has.
+pub struct Own<'a> {
+    find: &'a dyn Fn(u8) -> Option<MCode>,
+    check: &'a dyn Fn(&Call) -> Result<(), Status>,
+    /// The M code of the line, noted as the words are read and used at the end of the line. Kept
+    /// apart from the block, since most lines have none.
+    found: Cell<Option<(MCode, Call)>>,
+}
+
+impl<'a> Own<'a> {
+    /// The codes for which `find` has an answer. A line whose code `check` refuses is refused.
+    pub const fn new(
+        find: &'a dyn Fn(u8) -> Option<MCode>,
+        check: &'a dyn Fn(&Call) -> Result<(), Status>,
+    ) -> Self {
+        let found = Cell::new(None);
+        Self { find, check, found }
+    }
+}
+
+/// The M codes of an extension, if there is one.
+#[derive(Clone, Copy, Default)]
+pub struct OwnCodes<'a>(Option<&'a Own<'a>>);
+
+impl<'a> OwnCodes<'a> {
+    /// None at all.
+    pub const NONE: Self = Self(None);
+
+    /// The codes of `own`.
+    pub const fn some(own: &'a Own<'a>) -> Self {
+        Self(Some(own))
+    }
+
+    /// Notes the M code of this number; answers whether there is such a code.
+    pub(super) fn take(self, code: u8) -> bool {
+        let Some((own, known)) = self.0.and_then(|own| Some((own, (own.find)(code)?))) else {
+            return false;
+        };
+        let words = Words::NONE;
+        own.found.set(Some((known, Call { code, words })));
+        true
+    }
+
+    /// The M code that was noted last.
+    pub(super) fn found(self) -> Option<(MCode, Call)> {
+        self.0.and_then(|own| own.found.get())
+    }
+
+    /// Whether the M code that was noted last may be carried out.
+    ///
+    /// # Errors
+    /// The answer to the line.
+    pub(super) fn check(self) -> Result<(), Status> {
+        match self.0.and_then(|own| Some((own, own.found.get()?))) {
+            Some((own, (_, call))) => (own.check)(&call),
+            None => Ok(()),
+        }
+    }
+
+    /// Notes the words of the M code that was noted last.
+    pub(super) fn set_words(self, words: Words) {
+        if let Some((own, (code, call))) = self.0.and_then(|own| Some((own, own.found.get()?))) {
+            own.found.set(Some((code, Call { words, ..call })));
+        }
+    }
+}
+
+impl fmt::Debug for OwnCodes<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("OwnCodes").field(&self.0.is_some()).finish()
+    }
+}

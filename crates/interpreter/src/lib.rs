@@ -1,0 +1,165 @@
+//! Lines of G-code to canonical commands.
+//!
+//! ```text
+//!  line --words--> Block --check--> Plan --commit--> Commands
+//!                    |                |                 |
+//!             1, 2, 4, 20…25, 38   20, 22, 26…37    nothing can fail: modal state, offsets, position change
+//! ```
+//!
+//! The numbers are those of the errors that each step finds.
+//!
+//! Read first: Kramer, Proctor, Messina, "The NIST RS274/NGC Interpreter, Version 3" (NISTIR 6556).
+//! GRBL 1.1h decides which of its words exist, and which fault of a line is reported.
+//!
+//! Everything is checked before anything changes: a line is carried out wholly or not at all. The
+//! first fault from the left is reported while words are read, then the first in the order of
+//! [`check`].
+//!
+//! ```
+//! use leadscrew_interpreter::{AxisKind, Commands, Context, Dialect, Interpreter, OwnCodes, ToolTable, MAX_WORD};
+//!
+//! let context = Context {
+//!     axes: &[AxisKind::Linear; 3],
+//!     dialect: &Dialect::GRBL,
+//!     laser_mode: false,
+//!     soft_limits: false,
+//!     reach: &[MAX_WORD; 3],
+//!     own: OwnCodes::NONE,
+//!     tools: ToolTable::NONE,
+//! };
+//! let mut interpreter = Interpreter::<3>::new();
+//! let mut commands = Commands::new();
+//! interpreter.interpret(b"G20G1X1F10", &context, &mut commands)?;
+//! assert_eq!(commands[0].to_string(), "FEED X25.4 Y0 Z0 F254");
+//!
+//! let fault = interpreter.interpret(b"G2X1", &context, &mut commands).unwrap_err();
+//! assert_eq!((fault.status.number(), fault.column), (35, 2));
+//! # Ok::<(), leadscrew_interpreter::Fault>(())
+//! ```
+#![no_std]
+#![forbid(unsafe_code)]
+
+#[cfg(test)]
+extern crate std;
+
+mod arc;
+pub mod axes;
+mod check;
+mod code;
+mod codes;
+mod command;
+mod commit;
+mod context;
+mod cycle;
+mod extruder;
+mod fault;
+mod jog;
+mod letters;
+mod modal_state;
+mod offsets;
+pub mod own;
+mod print;
+mod setup;
+pub mod status;
+mod takers;
+mod units;
+mod words;
+
+pub use axes::AxisKind;
+pub use command::{
+    ArcShape, Command, Commands, Feed, Jog, OffsetId, Spindle, Travel, MAX_COMMANDS,
+};
+pub use context::{Context, Dialect, Own, OwnCodes, ToolTable};
+pub use cycle::{Cycle, CycleKind, Strokes};
+pub use fault::Fault;
+pub use leadscrew_planner::Coordinate;
+pub use modal_state::{
+    Coolant, Distance, FeedMode, ModalState, Motion, Plane, ProbeKind, Retract, Rotation, Turn,
+    Units, WorkSystem,
+};
+pub use offsets::Offsets;
+pub use setup::Interpreter;
+pub use status::Status;
+pub use units::MAX_WORD;
+
+use check::{Check, Plan, Purpose};
+use words::Block;
+
+impl<const AXES: usize> Interpreter<AXES> {
+    /// Reads a line, checks all of it, and carries it out: replaces `commands` by its commands.
+    ///
+    /// `line` comes without blanks, comments and line end, in capitals. Main loop; bounded by the
+    /// line's length.
+    ///
+    /// # Errors
+    ///
+    /// The first fault in GRBL's order. Then nothing has changed, and there are no commands.
+    #[inline]
+    pub fn interpret(
+        &mut self,
+        line: &[u8],
+        context: &Context<'_, AXES>,
+        commands: &mut Commands<AXES>,
+    ) -> Result<(), Fault> {
+        commands.clear();
+        let mut block = self.block(context);
+        block.read(line, context, &self.modal)?;
+        let mut plan = Plan::new(&self.position);
+        self.plan(&mut plan, &block, line, context)?;
+        self.commit(&block, &plan, context, commands);
+        Ok(())
+    }
+
+    /// Checks a line as [`Self::interpret`] would, and changes nothing. For startup lines when they
+    /// are stored.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::interpret`].
+    pub fn check(&self, line: &[u8], context: &Context<'_, AXES>) -> Result<(), Fault> {
+        let mut block = self.block(context);
+        block.read(line, context, &self.modal)?;
+        self.plan(&mut Plan::new(&self.position), &block, line, context)
+    }
+
+    /// Whether a line is one of those that the operator may send while a program's line is put
+    /// aside: probing, G10 L1 and L20, tool length, and words of modes. A line with a fault is one,
+    /// too: it is answered with its error.
+    pub fn serves_operator(&self, line: &[u8], context: &Context<'_, AXES>) -> bool {
+        let mut block = self.block(context);
+        match block.read(line, context, &self.modal) {
+            Ok(()) => block.serves_operator(),
+            Err(_) => true,
+        }
+    }
+
+    /// Begins a line.
+    fn block(&self, context: &Context<'_, AXES>) -> Block<AXES> {
+        let mut block = Block::new(&self.modal);
+        if context.dialect.tools {
+            block.modal.tool = self.modal.tool;
+        }
+        block
+    }
+
+    #[inline]
+    fn plan(
+        &self,
+        plan: &mut Plan<AXES>,
+        block: &Block<AXES>,
+        line: &[u8],
+        context: &Context<'_, AXES>,
+    ) -> Result<(), Fault> {
+        Check::new(self, block, context, Purpose::Program)
+            .plan(plan)
+            .map_err(|refusal| refusal.locate(line))
+    }
+}
+
+/// The examples of the package's README, run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
+
+#[cfg(test)]
+mod tests;

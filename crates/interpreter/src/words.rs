@@ -1,0 +1,284 @@
+//! The words of one line, gathered from left to right, each checked as it comes.
+//!
+//! A word is checked in GRBL's order: that it does not claim axis words that are taken (24), that
+//! it exists (20, 38) and its number is whole where it must be (23), that neither its group nor its
+//! letter was there before (21, 25), that it is not negative where it may not be (4).
+
+use super::code::{Code, GWord, MWord};
+use super::context::Context;
+use super::fault::Fault;
+use super::letters::{Group, Groups, Letters};
+use super::modal_state::{Coolant, ModalState, Motion};
+use super::takers::{AxisCommand, Flow, NonModal};
+use crate::own::Words;
+use crate::Dialect;
+use crate::Status;
+use leadscrew_gcode::{words, Letter, Number, Word};
+
+/// The words of one line, and the modal state with these words applied.
+#[derive(Debug, Clone)]
+pub(super) struct Block<const AXES: usize> {
+    /// The modal state of the lines before, as this line's words change it. Its feed is still the
+    /// old one.
+    pub(super) modal: ModalState,
+    /// The letters seen, except G and M.
+    pub(super) letters: Letters,
+    /// The modal groups seen.
+    pub(super) groups: Groups,
+    /// Who takes the axis words.
+    pub(super) axis_command: AxisCommand,
+    /// The non-modal command.
+    pub(super) non_modal: NonModal,
+    /// The program flow at the end of the line.
+    pub(super) flow: Flow,
+    /// Which axes have a word, one bit an axis.
+    pub(super) axis_mask: u8,
+    /// The axis words, in units of the program.
+    pub(super) axes: [Number; AXES],
+    /// I, J, K, in units of the program; Q in the place of I. No command takes both. A place of its
+    /// own for Q, which each line would have to zero, would cost 100 instructions a line.
+    pub(super) centre: [Number; 3],
+    pub(super) f: Number,
+    /// L, or H: no command takes both.
+    pub(super) l: Number,
+    pub(super) n: Number,
+    pub(super) p: Number,
+    pub(super) r: Number,
+}
+
+impl<const AXES: usize> Block<AXES> {
+    /// Begins a line in this modal state.
+    #[inline]
+    pub(super) fn new(modal: &ModalState) -> Self {
+        Self {
+            modal: ModalState { tool: 0, ..*modal },
+            letters: Letters::default(),
+            groups: Groups::default(),
+            axis_command: AxisCommand::None,
+            non_modal: NonModal::None,
+            flow: Flow::Continue,
+            axis_mask: 0,
+            axes: [Number::default(); AXES],
+            centre: [Number::default(); 3],
+            f: Number::default(),
+            l: Number::default(),
+            n: Number::default(),
+            p: Number::default(),
+            r: Number::default(),
+        }
+    }
+
+    /// Gathers the words of a line. `before`: the modal state of the lines before.
+    ///
+    /// # Errors
+    ///
+    /// The first fault from the left.
+    #[inline]
+    pub(super) fn read(
+        &mut self,
+        line: &[u8],
+        context: &Context<'_, AXES>,
+        before: &ModalState,
+    ) -> Result<(), Fault> {
+        for word in words(line) {
+            let word = word?;
+            self.take(&word, context).map_err(|status| Fault {
+                status,
+                column: word.column(),
+            })?;
+        }
+        self.finish(context, before);
+        Ok(())
+    }
+
+    #[inline]
+    fn take(&mut self, word: &Word, context: &Context<'_, AXES>) -> Result<(), Status> {
+        match word.letter() {
+            Letter::G => self.take_g(Code::of(word.value()), context.dialect),
+            Letter::M => self.take_m(Code::of(word.value()), context),
+            letter => self.take_value(letter, word.value(), context),
+        }
+    }
+
+    /// Applies the words whose meaning depends on the whole line.
+    fn finish(&mut self, context: &Context<'_, AXES>, before: &ModalState) {
+        if self.axis_mask != 0 && self.axis_command == AxisCommand::None {
+            self.axis_command = AxisCommand::Motion;
+        }
+        if self.groups.have_any(WITH_WORDS) {
+            self.finish_m(context, before);
+        }
+    }
+
+    /// Gives M codes the words that are theirs.
+    fn finish_m(&mut self, context: &Context<'_, AXES>, before: &ModalState) {
+        if self.groups.contains(Group::Parking) {
+            self.modal.parking = !self.letters.contains(Letter::P) || self.p != Number::default();
+        }
+        let found = context.own.found();
+        let Some((code, _)) = found.filter(|_| self.groups.contains(Group::Own)) else {
+            return;
+        };
+        // A tool that an earlier line has selected counts as a T word of this line.
+        let keeps = |letter| letter == Letter::T && context.dialect.tools;
+        let takes = |letter| code.takes(letter) && (self.letters.contains(letter) || keeps(letter));
+        let values = [
+            (Letter::L, self.l),
+            (Letter::P, self.p),
+            (Letter::R, self.r),
+            (Letter::S, self.modal.speed),
+            (Letter::T, Number::from_int(self.modal.tool.into())),
+        ];
+        let mut words = Words::NONE;
+        for (letter, value) in values.into_iter().filter(|(letter, _)| takes(*letter)) {
+            words.insert(letter, value);
+        }
+        context.own.set_words(words);
+        if takes(Letter::S) {
+            self.modal.speed = before.speed;
+        }
+        if takes(Letter::T) && !keeps(Letter::T) {
+            self.modal.tool = 0;
+        }
+    }
+
+    /// Whether the line has nothing but probing, G10 L1 or L20, tool length and words of modes.
+    pub(super) fn serves_operator(&self) -> bool {
+        let probes = matches!(self.modal.motion, Motion::Probe(_));
+        let moves = self.axis_command == AxisCommand::Motion && self.axis_mask != 0;
+        let effect = match self.non_modal {
+            NonModal::None | NonModal::Dwell => true,
+            NonModal::SetOrigin => matches!(self.l.trunc(), 1 | 20),
+            NonModal::GoTo(_)
+            | NonModal::Store(_)
+            | NonModal::MachineCoordinates
+            | NonModal::SetG92
+            | NonModal::ClearG92 => false,
+        };
+        effect && (probes || !moves) && !self.groups.have_any(OF_M_CODES)
+    }
+
+    fn take_g(&mut self, code: Code, dialect: &Dialect) -> Result<(), Status> {
+        if let Some(command) = code.claims(dialect) {
+            if self.axis_command != AxisCommand::None {
+                return Err(Status::AxisWordConflict);
+            }
+            self.axis_command = command;
+        }
+        let word = code.g(dialect)?;
+        self.groups.insert(word.group())?;
+        match word {
+            GWord::NonModal(command) => self.non_modal = command,
+            GWord::Motion(motion) => self.modal.motion = motion,
+            GWord::Plane(plane) => self.modal.plane = plane,
+            GWord::Distance(distance) => self.take_distance(distance),
+            GWord::FeedMode(mode) => self.modal.feed_mode = mode,
+            GWord::Retract(retract) => self.modal.retract = retract,
+            GWord::Units(units) => self.modal.units = units,
+            GWord::System(system) => self.modal.system = system,
+            GWord::ArcDistance
+            | GWord::CutterCompensation
+            | GWord::ToolLength
+            | GWord::PathControl => {}
+        }
+        Ok(())
+    }
+
+    fn take_m(&mut self, code: Code, context: &Context<'_, AXES>) -> Result<(), Status> {
+        if code.exact().is_some_and(|code| context.own.take(code)) {
+            return self.groups.insert(Group::Own);
+        }
+        if let Some(extrusion) = context.extrusion(code) {
+            self.modal.extrusion = Some(extrusion);
+            return self.groups.insert(Group::Extrusion);
+        }
+        let word = code.m(context.dialect)?;
+        self.groups.insert(word.group())?;
+        match word {
+            MWord::Flow(flow) => self.flow = flow,
+            MWord::Spindle(rotation) => self.modal.rotation = rotation,
+            MWord::Mist => self.modal.coolant.mist = true,
+            MWord::Flood => self.modal.coolant.flood = true,
+            MWord::CoolantOff => self.modal.coolant = Coolant::OFF,
+            MWord::Parking => {}
+        }
+        Ok(())
+    }
+
+    fn take_value(
+        &mut self,
+        letter: Letter,
+        value: Number,
+        context: &Context<'_, AXES>,
+    ) -> Result<(), Status> {
+        let mut tool = Number::default();
+        let slot = match letter {
+            Letter::X => self.axis(0)?,
+            Letter::Y => self.axis(1)?,
+            Letter::Z => self.axis(2)?,
+            Letter::A | Letter::B | Letter::C | Letter::E => self.further_axis(letter, context)?,
+            Letter::F => &mut self.f,
+            Letter::S => &mut self.modal.speed,
+            Letter::T => &mut tool,
+            _ => self.rare_slot(letter, context.dialect)?,
+        };
+        *slot = value;
+        if letter == Letter::T {
+            self.modal.tool = tool_number(tool)?;
+        }
+        self.letters.insert(letter)?;
+        if value < Number::default() && MAY_NOT_BE_NEGATIVE.contains(letter) {
+            return Err(Status::NegativeValue);
+        }
+        Ok(())
+    }
+
+    /// Notes that an axis has a word and answers the place for its value.
+    pub(super) fn axis(&mut self, index: usize) -> Result<&mut Number, Status> {
+        let slot = self.axes.get_mut(index).ok_or(Status::UnsupportedCommand)?;
+        self.axis_mask |= 1 << index;
+        Ok(slot)
+    }
+
+    fn rare_slot(&mut self, letter: Letter, dialect: &Dialect) -> Result<&mut Number, Status> {
+        let [i, j, k] = &mut self.centre;
+        match letter {
+            Letter::I => Ok(i),
+            Letter::J => Ok(j),
+            Letter::K => Ok(k),
+            Letter::L => Ok(&mut self.l),
+            Letter::H if dialect.tools => Ok(&mut self.l),
+            Letter::N => Ok(&mut self.n),
+            Letter::P => Ok(&mut self.p),
+            Letter::Q if dialect.cycles => Ok(i),
+            Letter::R => Ok(&mut self.r),
+            _ => Err(Status::UnsupportedCommand),
+        }
+    }
+}
+
+/// Groups of M codes.
+const OF_M_CODES: Groups = Groups::of(&[
+    Group::Flow,
+    Group::Spindle,
+    Group::Coolant,
+    Group::Parking,
+    Group::Own,
+]);
+
+/// Groups of M codes that take words.
+pub(super) const WITH_WORDS: Groups = Groups::of(&[Group::Parking, Group::Own]);
+
+const MAY_NOT_BE_NEGATIVE: Letters =
+    Letters::of(&[Letter::F, Letter::N, Letter::P, Letter::S, Letter::T]);
+
+/// The largest T word (GRBL: a byte).
+const MAX_TOOL: Number = Number::from_int(255);
+
+/// The whole part of a T word. A negative one is refused elsewhere.
+fn tool_number(value: Number) -> Result<u8, Status> {
+    if value > MAX_TOOL {
+        return Err(Status::ToolTooLarge);
+    }
+    Ok(u8::try_from(value.trunc()).unwrap_or(0))
+}
