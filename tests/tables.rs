@@ -81,7 +81,7 @@ fn settings_page() -> String {
 
 const SETTINGS_HEAD: &str = "# Settings
 
-Made of the table in `crates/machine/src/settings/table.rs` by `BLESS=1 cargo test -p leadscrew-tests tables`; a test fails where the two differ.
+Made of the table in `crates/settings/src/table.rs` by `BLESS=1 cargo test -p leadscrew-tests tables`; a test fails where the two differ.
 
 | line | answer |
 |---|---|

@@ -19,11 +19,13 @@ use crate::{
 use std::{path::Path, process::Command};
 
 /// The library crates that run on the microcontroller.
-const LIBRARIES: [&str; 5] = [
+const LIBRARIES: [&str; 7] = [
     "leadscrew-gcode",
     "leadscrew-stepper",
     "leadscrew-planner",
     "leadscrew-interpreter",
+    "leadscrew-protocol",
+    "leadscrew-settings",
     "leadscrew-machine",
 ];
 /// The builds, each with the board or machine that it is for. The build for two motors on Y without

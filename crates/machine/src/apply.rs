@@ -2,12 +2,10 @@
 //! inputs.
 
 use crate::board::Board;
+use crate::derived::{counts, pacing, planner_config, port_config, reach, spindle_scale, travel};
 use crate::extension::Extension;
 use crate::inputs::InputConfig;
 use crate::machine::Machine;
-use crate::settings::derived::{
-    counts, pacing, planner_config, port_config, reach, spindle_scale, travel,
-};
 use crate::settings::table::Setting;
 use leadscrew_planner::Kinematics;
 use leadscrew_stepper::Ticks;

@@ -13,6 +13,7 @@ mod apply;
 pub mod board;
 pub mod config;
 mod console;
+mod derived;
 mod dual;
 mod ends;
 mod events;
@@ -30,12 +31,10 @@ mod memory;
 mod motion;
 pub mod overrides;
 mod program;
-pub mod protocol;
 mod reset;
 mod rules;
 mod segment_queue;
 mod sender;
-pub mod settings;
 mod snapshot;
 pub mod soft_limits;
 pub mod state;
@@ -49,6 +48,8 @@ mod unsaved;
 pub mod work;
 
 pub use leadscrew_interpreter as interpreter;
+pub use leadscrew_protocol as protocol;
+pub use leadscrew_settings as settings;
 
 /// The examples of the package's README, run as tests.
 #[cfg(doctest)]

@@ -3,12 +3,12 @@
 
 use crate::activity::line::{LineKind, Origin};
 use crate::board::{Board, ChannelId, Instant};
-use crate::console::LINE;
 use crate::extension::{Call, Extension};
 use crate::interpreter::{Context, Coordinate, Fault, Own, OwnCodes, ToolTable};
 use crate::machine::{LineFault, Machine};
 use crate::program::startup::Turn;
 use crate::protocol::message::Message;
+use crate::protocol::serial::LINE;
 use crate::protocol::status::Status;
 use crate::protocol::system_command::{SystemCommand, STARTUP_LINES};
 use crate::settings::table::Setting;

@@ -8,11 +8,10 @@ use crate::console::Listing;
 use crate::extension::Extension;
 use crate::machine::Machine;
 use crate::protocol::alarm::Alarm;
-use crate::protocol::report::{
-    AlarmInfo, ErrorInfo, GroupInfo, Parameters, SettingInfo, StartupLine, VersionLine,
-};
+use crate::protocol::report::{Parameters, StartupLine, VersionLine};
 use crate::protocol::status::Status;
 use crate::protocol::system_command::{Enumeration, STARTUP_LINES};
+use crate::settings::enumeration::{AlarmInfo, ErrorInfo, GroupInfo, SettingInfo};
 use crate::settings::group::Group;
 use crate::settings::table::Setting;
 use crate::settings::values::{Key, SettingLine};

@@ -4,20 +4,11 @@
 //! no values of the other settings could make it work ([`StepTiming::limits`]). Motion is capped at
 //! the rate that all settings together allow.
 
+use crate::protocol::message::Capped;
 use crate::settings::table::{AxisSetting, Setting};
 use crate::settings::values::{Key, Settings};
 use crate::step_timing::StepTiming;
 use leadscrew_gcode::Number;
-
-/// A rate setting that asks for more steps than can be made, and the values that would work.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Capped {
-    /// The setting: `$110` and up, or `$100` and up.
-    pub number: u16,
-    /// The largest value that works with the other settings as they are, rounded down.
-    pub most: Number,
-}
 
 /// Answers the largest rate of an axis (`$110` and up) that its steps/mm and `$0` allow, rounded
 /// down to 0.01 mm/min.

@@ -14,6 +14,8 @@
 //! have fallen, with new directions settled, before they rise again. Motion is capped at that rate,
 //! and step smoothing keeps to it, too.
 
+use crate::settings::values::StepLimits;
+
 /// The times of making steps on a board.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -119,16 +121,6 @@ impl StepTiming {
     const fn work_ns(&self, motors: usize) -> u32 {
         self.tick_ns + self.motor_ns * motors as u32 // eight motors at most
     }
-}
-
-/// The bounds that a setting has to keep, for any values of the others.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct StepLimits {
-    /// The shortest pulse, µs.
-    pub shortest_pulse_us: u8,
-    /// The highest rate with pulses as short as can be, steps/s.
-    pub highest_rate: u32,
 }
 
 #[cfg(test)]

@@ -7,7 +7,6 @@
 
 mod discard;
 mod listing;
-mod output;
 
 use crate::board::{Board, ChannelId};
 use crate::config::CHANNELS;
@@ -22,11 +21,6 @@ pub(crate) use discard::Discard;
 use heapless::{String, Vec};
 use leadscrew_planner::TimeLeft;
 pub(crate) use listing::Listing;
-pub(crate) use output::Output;
-pub use output::LEAST_TX;
-
-/// The longest line that fits, in characters after filtering.
-pub(crate) const LINE: usize = 128;
 
 /// Bytes read into lines in one poll, per channel: bounds its time.
 const BYTES_A_POLL: usize = 64;
@@ -308,7 +302,7 @@ impl<'a> Console<'a> {
     pub(crate) fn flush<B: Board>(&mut self, board: &mut B, work: &mut Work) {
         for (id, channel) in self.channels() {
             if !channel.output_is_empty() {
-                let sent = channel.inbox.output.flush(id, board);
+                let sent = channel.inbox.output.flush(|bytes| board.write(id, bytes));
                 work.written = work.written.wrapping_add(sent);
             }
         }

@@ -25,6 +25,7 @@ mod aside;
 mod cx;
 mod host;
 mod option;
+mod own_code;
 mod pair;
 mod settings;
 
@@ -38,9 +39,9 @@ use core::fmt;
 use leadscrew_gcode::Number;
 use leadscrew_planner::Coordinate;
 
-pub use crate::protocol::own_code::OwnCode;
 pub use leadscrew_interpreter::own::{Call, MCode, Words};
 pub use leadscrew_stepper::OutputChange;
+pub use own_code::OwnCode;
 
 /// An addition to a machine with `AXES` axes.
 ///

@@ -22,6 +22,7 @@ use leadscrew_stepper::{
 use std::cell::Cell;
 use std::rc::Rc;
 
+#[path = "../../../settings/tests/mock/flash.rs"]
 pub(crate) mod flash;
 
 const COUNTS_PER_US: u64 = 84;

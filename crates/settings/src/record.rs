@@ -13,17 +13,17 @@
 
 use super::table::{AxisSetting, Setting};
 use super::values::MAX_AXES;
-use crate::interpreter::OffsetId;
-use crate::protocol::system_command::STARTUP_LINES;
 use crc::{Crc, CRC_32_ISO_HDLC, CRC_8_SMBUS};
 use heapless::Vec;
 use leadscrew_gcode::Number;
+use leadscrew_interpreter::OffsetId;
+use leadscrew_protocol::system_command::STARTUP_LINES;
 
 /// Version of the format. Another one is not read.
 pub const VERSION: u16 = 1;
 
 /// Records of the largest machine: its settings, offsets, startup lines and the text of `$I`.
-pub(crate) const MAX_RECORDS: usize = Setting::ALL.len()
+pub const MAX_RECORDS: usize = Setting::ALL.len()
     + MAX_AXES * AxisSetting::ALL.len()
     + OffsetId::ALL.len()
     + STARTUP_LINES as usize

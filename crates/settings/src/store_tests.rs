@@ -7,7 +7,7 @@ use std::vec::Vec as StdVec;
 
 #[path = "store_history_tests.rs"]
 mod histories;
-#[path = "../../tests/bench/flash.rs"]
+#[path = "../tests/mock/flash.rs"]
 mod mock;
 
 const SIZE: usize = 256;

@@ -3,8 +3,8 @@
 //! The texts up to `Sleeping` are Grbl's, to the letter: senders look for some of them.
 
 use super::decimal::Decimal;
-use crate::step_rate::Capped;
 use core::fmt;
+use leadscrew_gcode::Number;
 
 /// A message; displayed as the whole line, without its end. At most 68 characters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,6 +42,16 @@ pub enum Message {
     SettingsLost,
     /// A setting asks for more steps than the board can make, with the values that would work.
     StepRate(Capped),
+}
+
+/// A rate setting that asks for more steps than can be made, and the values that would work.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Capped {
+    /// The setting: `$110` and up, or `$100` and up.
+    pub number: u16,
+    /// The largest value that works with the other settings as they are, rounded down.
+    pub most: Number,
 }
 
 impl Message {

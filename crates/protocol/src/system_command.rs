@@ -5,9 +5,11 @@
 //! now; for all others the reverse.
 
 use super::status::Status;
-use crate::interpreter::Fault;
-use crate::settings::table::OWN;
 use leadscrew_gcode::{leading_number, Number};
+use leadscrew_interpreter::Fault;
+
+/// The first number of a setting that is not one of GRBL's.
+pub const OWN: u16 = 256;
 
 /// How many startup lines can be stored: `$N0` and `$N1`.
 pub const STARTUP_LINES: u8 = 2;

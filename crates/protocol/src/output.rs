@@ -1,6 +1,5 @@
 //! The output that waits to be sent on one serial line.
 
-use crate::board::{Board, ChannelId};
 use core::fmt;
 use heapless::deque::DequeView;
 
@@ -13,7 +12,7 @@ pub const LEAST_TX: usize = 512;
 const MESSAGES_LEAVE: usize = 256;
 
 /// Bytes that wait to be sent.
-pub(crate) struct Output<'a> {
+pub struct Output<'a> {
     waiting: &'a mut DequeView<u8>,
     /// Bytes that found no room: of messages on a line whose other end reads too slowly, or has
     /// stopped reading.
@@ -26,7 +25,7 @@ impl<'a> Output<'a> {
     }
 
     /// Whether a report fits.
-    pub(crate) fn has_room(&self) -> bool {
+    pub fn has_room(&self) -> bool {
         self.room() >= LEAST_TX
     }
 
@@ -35,22 +34,22 @@ impl<'a> Output<'a> {
     }
 
     /// Whether nothing waits.
-    pub(crate) fn is_empty(&self) -> bool {
+    pub fn is_empty(&self) -> bool {
         self.waiting.is_empty()
     }
 
     /// Bytes that were lost for want of room since power-up.
-    pub(crate) fn lost(&self) -> u32 {
+    pub fn lost(&self) -> u32 {
         self.lost
     }
 
     /// Adds a line and its CR LF: whole, or where there is no room for it, not at all.
-    pub(crate) fn line(&mut self, line: impl fmt::Display) {
+    pub fn line(&mut self, line: impl fmt::Display) {
         self.add(0, format_args!("{line}\r\n"));
     }
 
     /// As [`Output::line`], for text that may be missed where the other end reads slowly.
-    pub(crate) fn message(&mut self, line: impl fmt::Display) {
+    pub fn message(&mut self, line: impl fmt::Display) {
         self.add(MESSAGES_LEAVE, format_args!("{line}\r\n"));
     }
 
@@ -68,16 +67,17 @@ impl<'a> Output<'a> {
 
     /// Adds `ok` and its CR LF, as [`Output::line`] would. Nearly all answers are `ok`, and this
     /// one skips the formatting.
-    pub(crate) fn ok(&mut self) {
+    pub fn ok(&mut self) {
         let _ = fmt::Write::write_str(self, "ok\r\n");
     }
 
-    /// Hands the board as many bytes as it takes; returns their number.
-    pub(crate) fn flush<B: Board>(&mut self, channel: ChannelId, board: &mut B) -> u32 {
+    /// Hands `write` as many bytes as it takes; returns their number. `write` answers how many of the
+    /// bytes it took.
+    pub fn flush(&mut self, mut write: impl FnMut(&[u8]) -> usize) -> u32 {
         let (first, second) = self.waiting.as_slices();
-        let mut sent = board.write(channel, first);
+        let mut sent = write(first);
         if sent == first.len() && !second.is_empty() {
-            sent += board.write(channel, second);
+            sent += write(second);
         }
         for _ in 0..sent {
             self.waiting.pop_front();
@@ -106,8 +106,6 @@ mod tests {
         let bytes = output.waiting.iter().copied().collect();
         std::string::String::from_utf8(bytes).unwrap()
     }
-
-    extern crate std;
 
     #[test]
     fn a_message_without_room_is_missed_whole_and_an_answer_still_fits() {

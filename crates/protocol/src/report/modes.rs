@@ -1,7 +1,7 @@
 //! The answer to `$G`.
 
 use super::Units;
-use crate::protocol::decimal::Decimal;
+use crate::decimal::Decimal;
 use core::fmt;
 use leadscrew_gcode::Number;
 

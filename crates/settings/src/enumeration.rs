@@ -1,14 +1,13 @@
 //! `$ES`, `$EG`, `$EE`, `$EA` and `$SED=`: lists of settings, errors and alarms in the form that
 //! senders of grblHAL read (its wiki, "Report extensions"). Fields stand between `|`, in brackets.
 
-use super::AXIS_LETTERS;
-use crate::protocol::alarm::Alarm;
-use crate::protocol::own_code::OwnCode;
-use crate::protocol::status::Status;
-use crate::settings::group::Group;
-use crate::settings::table::{Kind, Row};
-use crate::settings::values::Key;
+use crate::group::Group;
+use crate::table::{Kind, Row};
+use crate::values::Key;
 use core::fmt;
+use leadscrew_protocol::alarm::Alarm;
+use leadscrew_protocol::report::AXIS_LETTERS;
+use leadscrew_protocol::status::Status;
 
 /// `[SETTING:`: number, group, name, unit, data type, format, least, most, whether it needs a
 /// restart, whether it may be empty.
@@ -69,24 +68,6 @@ impl From<Alarm> for AlarmInfo {
         Self {
             number: of.number(),
             text: of.text(),
-        }
-    }
-}
-
-impl From<&OwnCode> for ErrorInfo {
-    fn from(of: &OwnCode) -> Self {
-        Self {
-            number: of.number,
-            text: of.text,
-        }
-    }
-}
-
-impl From<&OwnCode> for AlarmInfo {
-    fn from(of: &OwnCode) -> Self {
-        Self {
-            number: of.number,
-            text: of.text,
         }
     }
 }
@@ -173,7 +154,7 @@ impl fmt::Display for AlarmInfo {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::protocol::report::MAX_LINE;
+    use leadscrew_protocol::report::MAX_LINE;
     use std::string::{String, ToString};
     use std::vec::Vec;
 

@@ -1,10 +1,10 @@
 //! The bits of `$10`: which fields a status report has.
 
 /// Machine position rather than work position.
-pub(crate) const MACHINE_POSITION: u8 = 1;
+pub const MACHINE_POSITION: u8 = 1;
 /// `Bf:`.
-pub(crate) const ROOM: u8 = 2;
+pub const ROOM: u8 = 2;
 /// `Ln:` for lines without an `N` word, too.
-pub(crate) const LINE: u8 = 4;
+pub const LINE: u8 = 4;
 /// `Fin:`.
-pub(crate) const TIME_LEFT: u8 = 8;
+pub const TIME_LEFT: u8 = 8;

@@ -5,23 +5,21 @@
 //! never inside one, and nobody has to hold a whole list. No line is longer than [`MAX_LINE`].
 
 mod build;
-mod enumeration;
-pub(crate) mod fields;
+pub mod fields;
 mod modes;
 mod parameters;
 mod status;
 
 pub use build::{OptionsLine, StartupLine, VersionLine};
-pub use enumeration::{AlarmInfo, Description, ErrorInfo, GroupInfo, SettingInfo};
 pub use modes::ModesReport;
 pub use parameters::{ParameterLine, Parameters, ProbeReport};
 pub use status::{Accessories, OverridePercents, Pins, Room, StatusReport, Turning};
 
 use super::decimal::Decimal;
-use crate::config::AxisKind;
-use crate::interpreter::MAX_WORD;
 use core::fmt;
 use leadscrew_gcode::Number;
+use leadscrew_interpreter::AxisKind;
+use leadscrew_interpreter::MAX_WORD;
 
 /// The longest line of a machine with up to six axes, in characters: a status report with the
 /// largest values in all fields. With three axes and usual values it stays below 120.
@@ -52,7 +50,7 @@ pub struct Units<const AXES: usize> {
 impl<const AXES: usize> Units<AXES> {
     /// A length in the unit of reports. An offset that was limited to [`MAX_WORD`], which no motion
     /// can use, prints as Grbl prints a number that is too large.
-    pub(crate) fn length(&self, value: Number) -> Decimal {
+    pub fn length(&self, value: Number) -> Decimal {
         let decimal = if self.inches {
             Decimal::inches(value)
         } else {

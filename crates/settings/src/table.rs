@@ -51,8 +51,7 @@ const ROUNDED: Kind = Kind::Decimal {
     places: 0,
     zero: true,
 };
-/// The first number that is not one of GRBL's.
-pub const OWN: u16 = 256;
+pub use leadscrew_protocol::system_command::OWN;
 
 /// One byte in GRBL.
 const BYTE: Kind = Kind::Whole { max: 255 };

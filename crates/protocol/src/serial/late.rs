@@ -8,7 +8,7 @@
 //! that comes while the main loop takes the list is added to it. The main loop then gets some
 //! commands twice, which changes nothing.
 
-use super::realtime::Realtime;
+use crate::realtime::Realtime;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 /// The kinds by their number, 1 to 4.

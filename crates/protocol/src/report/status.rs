@@ -1,8 +1,8 @@
 //! The answer to `?`.
 
 use super::{fields, Coordinates, Units, AXIS_LETTERS};
-use crate::protocol::cadence::Extra;
-use crate::protocol::decimal::Decimal;
+use crate::cadence::Extra;
+use crate::decimal::Decimal;
 use core::fmt;
 use leadscrew_gcode::Number;
 
@@ -189,7 +189,7 @@ impl<const AXES: usize> fmt::Display for StatusReport<AXES> {
 
 impl<const AXES: usize> StatusReport<AXES> {
     /// Writes the report, with the output of `others` as its last fields.
-    pub(crate) fn write(
+    pub fn write(
         &self,
         f: &mut fmt::Formatter<'_>,
         others: impl FnOnce(&mut fmt::Formatter<'_>) -> fmt::Result,
@@ -218,7 +218,7 @@ mod tests {
     use super::super::samples::{number, xyz, INCHES, MILLIMETRES};
     use super::super::MAX_LINE;
     use super::*;
-    use crate::config::AxisKind;
+    use leadscrew_interpreter::AxisKind;
     use std::string::ToString;
 
     fn idle() -> StatusReport<3> {

@@ -1,11 +1,11 @@
 //! Settings in the units of those who use them: planner, motion, tool and step port.
 
-use super::table::{AxisSetting, Setting};
-use super::values::Settings;
 use crate::board::{Duration, PortConfig};
 use crate::config::MachineConfig;
 use crate::interpreter::MAX_WORD;
 use crate::motion::Pacing;
+use crate::settings::table::{AxisSetting, Setting};
+use crate::settings::values::Settings;
 use crate::tool::spindle::SpindleScale;
 use core::array::from_fn;
 use leadscrew_gcode::Number;

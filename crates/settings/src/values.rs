@@ -1,13 +1,22 @@
 //! The settings in force.
 
 use super::table::{AxisSetting, Kind, Row, Setting};
-use crate::config::WITHOUT_EXTRUDER;
-use crate::protocol::decimal::Decimal;
-use crate::protocol::status::Status;
-use crate::step_timing::StepLimits;
 use core::fmt;
 use heapless::Vec;
 use leadscrew_gcode::Number;
+use leadscrew_interpreter::axes::WITHOUT_EXTRUDER;
+use leadscrew_protocol::decimal::Decimal;
+use leadscrew_protocol::status::Status;
+
+/// The bounds that a setting has to keep, for any values of the others.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct StepLimits {
+    /// The shortest pulse, µs.
+    pub shortest_pulse_us: u8,
+    /// The highest rate with pulses as short as can be, steps/s.
+    pub highest_rate: u32,
+}
 
 /// Settings that the machine has once.
 const SCALARS: usize = Setting::ALL.len();
@@ -61,7 +70,7 @@ impl Key {
     }
 
     /// Answers its place in [`Key::all`].
-    pub(crate) fn place(self, axes: usize) -> usize {
+    pub fn place(self, axes: usize) -> usize {
         match self {
             Self::Machine(setting) => setting as usize,
             Self::Axis(setting, axis) => SCALARS + setting as usize * axes + axis,
@@ -131,7 +140,7 @@ impl<const AXES: usize> Settings<AXES> {
     }
 
     /// As [`Settings::new`], for a machine that has only the first `count` axes.
-    pub(crate) fn of_axes(count: usize, defaults: &'static [Entry]) -> Self {
+    pub fn of_axes(count: usize, defaults: &'static [Entry]) -> Self {
         let mut settings = Self {
             scalars: [ZERO; SCALARS],
             axes: [[ZERO; AXES]; GROUPS],
@@ -306,7 +315,7 @@ impl<const AXES: usize> Settings<AXES> {
 
 impl SettingLine {
     /// A setting of this kind.
-    pub(crate) fn new(number: u16, kind: Kind, value: Number) -> Self {
+    pub fn new(number: u16, kind: Kind, value: Number) -> Self {
         let value = match kind {
             Kind::Decimal { places: 3, .. } | Kind::Signed { .. } => Decimal::millimetres(value),
             Kind::Decimal { .. }
@@ -327,7 +336,7 @@ const ONE: i64 = 1_000_000_000;
 /// # Errors
 ///
 /// The value is negative and the kind is not signed, or it is out of range.
-pub(crate) fn checked(kind: Kind, value: Number) -> Result<Number, Status> {
+pub fn checked(kind: Kind, value: Number) -> Result<Number, Status> {
     if value < ZERO && !matches!(kind, Kind::Signed { .. }) {
         return Err(Status::NegativeValue);
     }
@@ -369,13 +378,15 @@ impl fmt::Display for SettingLine {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::step_timing::StepTiming;
     use proptest::prelude::*;
     use std::string::{String, ToString};
     use std::vec;
 
     /// The limits of a replayed Grbl.
-    const LIMITS: StepLimits = StepTiming::GRBL.limits(3);
+    const LIMITS: StepLimits = StepLimits {
+        shortest_pulse_us: 3,
+        highest_rate: 500_000,
+    };
 
     fn number(text: &str) -> Number {
         leadscrew_gcode::leading_number(text.as_bytes()).unwrap().0
