@@ -23,7 +23,8 @@ use leadscrew_machine::{
     machine::{Links, Machine},
     protocol::serial::SerialQueue,
 };
-use stm32f4::stm32f407::RCC;
+use stm32f4::stm32f407::{EXTI, PWR, RCC};
+use stm32f4xx_hal::rcc::Rcc;
 
 /// How long the main loop sleeps at most, in microseconds.
 const LONGEST_SLEEP: Duration = Duration::from_ticks(5_000);
@@ -51,13 +52,33 @@ fn switch_on_clocks(rcc: &RCC) {
     });
 }
 
-fn log_start(source: Source, reason: restart::Reason) {
-    defmt::info!(
-        "leadscrew on {=str}, clock: {}, restarted: {}",
-        profile::name(),
-        source,
-        reason
-    );
+/// How the firmware came to start.
+struct Start {
+    source: Source,
+    reason: restart::Reason,
+}
+
+impl Start {
+    /// Sets the clocks up, and logs how the firmware came to start.
+    fn new(rcc: RCC, power: &PWR, exti: &EXTI) -> (Rcc, Self) {
+        let reason = restart::reason(&rcc);
+        supply::watch(power, exti);
+        let (rcc, source) = clock::start(rcc, power);
+        defmt::info!(
+            "leadscrew on {=str}, clock: {}, restarted: {}",
+            profile::name(),
+            source,
+            reason
+        );
+        (rcc, Self { source, reason })
+    }
+
+    /// Tells senders what is out of the ordinary.
+    fn say(&self, board: &mut F407) {
+        let source = self.source.text();
+        board.say(source.filter(|_| profile::crystal_hz() != 0));
+        board.say(self.reason.text());
+    }
 }
 
 /// Takes over the stored settings, and makes room for changes while nothing waits for it.
@@ -117,10 +138,7 @@ mod app {
         serial::enable(&device.RCC);
         switch_on_clocks(&device.RCC);
         fast_memory::load(&device.SYSCFG, &mut core.SCB);
-        let reason = restart::reason(&device.RCC);
-        supply::watch(&device.PWR, &device.EXTI);
-        let (rcc, source) = clock::start(device.RCC, &device.PWR);
-        log_start(source, reason);
+        let (rcc, start) = Start::new(device.RCC, &device.PWR, &device.EXTI);
         pwm::start(&rcc);
         let filter = Filter::new(device.EXTI, &device.SYSCFG);
         INPUTS.on_switches(&switches::switches(), &SHARED);
@@ -129,9 +147,8 @@ mod app {
         let (receiver, inbox) = cx.local.received.split();
         let (usb_receiver, usb_inbox) = cx.local.usb_received.split();
         let (usb_outgoing, usb_sending) = cx.local.usb_outgoing.split();
-        // In the order of their channels: `F407::write`. The internal oscillator is too inexact for
-        // USB.
-        let has_usb = source == Source::Crystal;
+        // By channel, as in `F407::write`. The internal oscillator is too inexact for USB.
+        let has_usb = start.source == Source::Crystal;
         let inboxes = iter::once(inbox).chain(has_usb.then_some(usb_inbox));
         let links = Links {
             moves: cx.local.moves,
@@ -152,24 +169,22 @@ mod app {
         }
         let mut board = F407::new(Writer::new(), usb::Writer::new(usb_outgoing));
         board.lock(refusal);
-        board.say(source.text().filter(|_| profile::crystal_hz() != 0));
-        board.say(reason.text());
+        start.say(&mut board);
         watchdog::start(&device.DBGMCU);
         let listener = Listener::new(device.TIM7, receiver);
         serial::start();
         let (global, rest) = (device.OTG_FS_GLOBAL, device.OTG_FS_DEVICE);
         let registers = (global, rest, device.OTG_FS_PWRCLK);
-        let place = cx.local.usb_place;
         let usb = has_usb.then(|| {
             profile::give_usb_its_pins();
+            let place = cx.local.usb_place;
             place.start(registers, clock::CPU_HZ, usb_receiver, usb_sending)
         });
-        let usb = usb.flatten();
         step_interrupt::start(&mut core.NVIC, (device.TIM2, device.TIM11), segments);
         let local = Local {
             machine,
             listener,
-            usb,
+            usb: usb.flatten(),
             board,
             store,
             clock: Clock::new(device.TIM5),
