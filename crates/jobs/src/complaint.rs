@@ -23,6 +23,8 @@ pub enum Fault {
     Alarm(Alarm),
     /// `error:33`, because a move has more steps than can be counted.
     TooLong,
+    /// The machine has not answered, and will not.
+    Unanswered,
     /// A likely mistake that the machine accepts without an answer.
     Remark(Remark),
 }
@@ -32,7 +34,7 @@ impl Fault {
     pub fn name(self) -> &'static str {
         match self {
             Self::Remark(remark) => remark.name(),
-            Self::Error(_) | Self::Alarm(_) | Self::TooLong => "error",
+            Self::Error(_) | Self::Alarm(_) | Self::TooLong | Self::Unanswered => "error",
         }
     }
 
@@ -41,11 +43,11 @@ impl Fault {
         matches!(self, Self::Remark(_))
     }
 
-    /// GRBL's number; 0 for a line that the machine accepts.
+    /// GRBL's number; 0 for a line that the machine accepts or does not answer.
     pub fn code(self) -> u8 {
         match self {
             Self::TooLong => Status::InvalidTarget.number(),
-            Self::Remark(_) => 0,
+            Self::Remark(_) | Self::Unanswered => 0,
             Self::Error(status) => status.number(),
             Self::Alarm(alarm) => alarm.number(),
         }
@@ -55,6 +57,7 @@ impl Fault {
     pub fn message(self) -> &'static str {
         match self {
             Self::TooLong => "the move has more steps than can be counted",
+            Self::Unanswered => "the machine leaves the line unanswered",
             Self::Remark(remark) => remark.message(),
             Self::Error(Status::Own(number)) => error_of(number).map_or("", |own| own.text),
             Self::Alarm(Alarm::Own(number)) => alarm_of(number).map_or("", |own| own.text),
@@ -66,6 +69,9 @@ impl Fault {
     fn explanation(self) -> &'static str {
         match self {
             Self::TooLong => "67 108 863 steps of one motor are the most: divide the move.",
+            Self::Unanswered => {
+                "It sleeps until a reset ($SLP), or waits for its door to be closed."
+            }
             Self::Remark(remark) => remark.explanation(),
             Self::Error(Status::Own(number)) => error_of(number).map_or("", |own| own.explanation),
             Self::Alarm(Alarm::Own(number)) => alarm_of(number).map_or("", |own| own.explanation),
@@ -81,6 +87,7 @@ impl fmt::Display for Fault {
         match self {
             Self::Error(_) | Self::TooLong => write!(f, "error:{}", self.code()),
             Self::Alarm(_) => write!(f, "ALARM:{}", self.code()),
+            Self::Unanswered => f.write_str("error"),
             Self::Remark(_) => f.write_str("warning"),
         }
     }

@@ -121,7 +121,11 @@ impl Stream<'_> {
 
         let lines = operator.streamer.lines();
         let own = operator.own_lines;
+        let unanswered = operator.streamer.unanswered();
         let mut complaints = operator.streamer.finish()?;
+        if let Some((line, text)) = unanswered {
+            complaints.unanswered(line, &text);
+        }
         Ok(Streamed {
             lines,
             errors: complaints.errors,
@@ -387,6 +391,16 @@ impl Complaints {
             (status, _) => Fault::Error(status),
         };
         let complaint = self.complaint(line, column, fault, text);
+        self.tell_error(complaint);
+    }
+
+    /// The machine leaves this line and all that follow it unanswered.
+    fn unanswered(&mut self, line: u64, text: &[u8]) {
+        let complaint = self.complaint(line, None, Fault::Unanswered, text);
+        self.tell_error(complaint);
+    }
+
+    fn tell_error(&mut self, complaint: Complaint) {
         self.count += 1;
         if self.errors.len() < KEPT_ERRORS {
             (self.tell)(&News::Complaint(&complaint));

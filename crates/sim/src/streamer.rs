@@ -183,6 +183,19 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
             .map_or(self.lines.number, |pending| pending.number)
     }
 
+    /// The first line that the machine has left unanswered, and its text; `None` where it owes no
+    /// answer.
+    pub fn unanswered(&self) -> Option<(u64, Vec<u8>)> {
+        let pending = self.pending.front().filter(|_| !self.is_done())?;
+        Some((pending.number, self.text_of(pending)))
+    }
+
+    /// The text of the first pending line, without its line end.
+    fn text_of(&self, first: &Pending) -> Vec<u8> {
+        let length = first.length.saturating_sub(1);
+        self.text.iter().take(length).copied().collect()
+    }
+
     /// Ends the streaming: returns the receiver of the replies, or the error of reading the
     /// program.
     ///
@@ -246,10 +259,9 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
             Answer::Error(code) => self.answer(Some(code), now),
             Answer::Alarm(code) => {
                 self.state = Sending::Locked;
-                let pending = self.pending.front().copied();
                 let line = self.current();
-                let length = pending.map_or(0, |pending| pending.length.saturating_sub(1));
-                let text: Vec<u8> = self.text.iter().take(length).copied().collect();
+                let pending = self.pending.front();
+                let text = pending.map_or_else(Vec::new, |pending| self.text_of(pending));
                 self.replies.reply(
                     &Reply::Alarm {
                         code,
@@ -475,6 +487,21 @@ mod tests {
         say(&mut host, "ok");
         assert!(host.next_byte(CHANNEL).is_none() && host.is_done());
         assert_eq!(host.answered(), 3);
+    }
+
+    #[test]
+    fn the_first_line_without_an_answer_is_known() {
+        let mut host = stream("G1X1\nG1X22", 64, ());
+        sent(&mut host);
+        assert_eq!(host.unanswered(), Some((1, b"G1X1".to_vec())));
+        say(&mut host, "ok");
+        assert_eq!(host.unanswered(), Some((2, b"G1X22".to_vec())));
+        say(&mut host, "ok");
+        assert_eq!(host.unanswered(), None);
+        let mut locked = stream("G1X1", 64, ());
+        sent(&mut locked);
+        say(&mut locked, "ALARM:1");
+        assert_eq!(locked.unanswered(), None);
     }
 
     #[test]

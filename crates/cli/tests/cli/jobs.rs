@@ -100,6 +100,31 @@ fn an_alarm_ends_the_job_with_its_line() {
 }
 
 #[test]
+fn a_line_that_the_machine_leaves_unanswered_ends_the_job_with_an_error() {
+    let folder = Folder::new();
+    let asleep = folder.file("asleep.nc", "G1X1F600\nG4P0\n$SLP\nG1X2\nG1X3\n");
+    let open = folder.file("open.toml", "[door]\nfitted = true\nopen = true\n");
+    let job = folder.file("job.nc", "G0X5\n");
+    for (args, place) in [
+        (vec!["run", &asleep], "asleep.nc:4: error: "),
+        (vec!["run", &asleep, "--keep-going"], "asleep.nc:4: error: "),
+        (vec!["profile", &asleep], "asleep.nc:4: error: "),
+        (vec!["run", &job, "--machine", &open], "job.nc:1: error: "),
+    ] {
+        let output = leadscrew(&args);
+        let (said, result) = (stderr(&output), stdout(&output));
+        assert_eq!(output.status.code(), Some(1), "{args:?}: {said}");
+        assert!(
+            said.contains(place) && said.contains("unanswered"),
+            "{said}"
+        );
+        assert!(result.contains("1 error"), "{result}");
+    }
+    let last = folder.file("last.nc", "G1X1F600\nG4P0\n$SLP\n");
+    assert_eq!(leadscrew(&["run", &last]).status.code(), Some(0));
+}
+
+#[test]
 fn a_program_pause_is_resumed_and_the_program_goes_on() {
     let folder = Folder::new();
     let json = report(&[&folder.file("job.nc", "G0X1\nM0\nG0X2\nM30\n")]);
