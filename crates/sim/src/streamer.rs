@@ -65,8 +65,8 @@ pub trait Replies {
         let _ = (number, line);
     }
 
-    /// Whether nothing may be sent after `line`, which is about to be sent: it is known that the
-    /// machine will refuse it, and the program is to stop there.
+    /// Whether nothing may be sent after `line`, which is about to be sent, before it is answered:
+    /// the machine will probably refuse it, and the program is to stop there.
     fn is_last(&mut self, line: &[u8]) -> bool {
         let _ = line;
         false
@@ -113,7 +113,7 @@ pub struct Streamer<R, F> {
     unsent: usize,
     /// A line that has been read and does not fit yet.
     waiting: Option<u64>,
-    /// Whether nothing may follow the line read last.
+    /// Whether nothing may follow the line read last before it is answered.
     last: bool,
     line: Vec<u8>,
     /// The line as the machine gets it.
@@ -128,6 +128,8 @@ pub struct Streamer<R, F> {
 enum Sending {
     /// Lines are left.
     Lines,
+    /// Nothing follows the line that was read last until it has been answered.
+    Awaits,
     /// The program has ended, or a line was refused.
     Done,
     /// The machine has locked itself: no further answer comes.
@@ -159,7 +161,7 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
     /// Whether there is nothing left to send and no answer left to wait for.
     pub fn is_done(&self) -> bool {
         match self.state {
-            Sending::Lines => false,
+            Sending::Lines | Sending::Awaits => false,
             Sending::Done => self.pending.is_empty(),
             Sending::Locked | Sending::Failed(_) => true,
         }
@@ -204,7 +206,7 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
     pub fn finish(self) -> io::Result<F> {
         match self.state {
             Sending::Failed(error) => Err(error),
-            Sending::Lines | Sending::Done | Sending::Locked => Ok(self.replies),
+            Sending::Lines | Sending::Awaits | Sending::Done | Sending::Locked => Ok(self.replies),
         }
     }
 
@@ -222,7 +224,7 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
             }
             self.waiting = None;
             if self.last {
-                self.state = Sending::Done;
+                self.state = Sending::Awaits;
             }
             self.text.extend(&self.line);
             self.text.push_back(b'\n');
@@ -291,6 +293,9 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
             None => {
                 self.text.drain(..length);
                 self.replies.reply(&Reply::Ok { line }, now);
+                if self.pending.is_empty() && matches!(self.state, Sending::Awaits) {
+                    self.state = Sending::Lines;
+                }
             }
             Some(code) => {
                 let text: Vec<u8> = self.text.drain(..length).take(length - 1).collect();
@@ -302,7 +307,8 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
                     },
                     now,
                 );
-                if !self.streaming.keep_going && matches!(self.state, Sending::Lines) {
+                let sends = matches!(self.state, Sending::Lines | Sending::Awaits);
+                if sends && !self.streaming.keep_going {
                     self.state = Sending::Done;
                 }
             }
@@ -487,6 +493,31 @@ mod tests {
         say(&mut host, "ok");
         assert!(host.next_byte(CHANNEL).is_none() && host.is_done());
         assert_eq!(host.answered(), 3);
+    }
+
+    /// Expects that the machine refuses each line with a 7.
+    struct Expects;
+
+    impl Replies for Expects {
+        fn reply(&mut self, _: &Reply<'_>, _: Cycle) {}
+
+        fn is_last(&mut self, line: &[u8]) -> bool {
+            line.contains(&b'7')
+        }
+    }
+
+    #[test]
+    fn who_expects_a_refusal_and_hears_ok_goes_on() {
+        let mut host = stream("G1X1\nG77\nG1X3\nG77\nG1X4", 64, Expects);
+        assert_eq!(sent(&mut host), "G1X1\nG77\n");
+        say(&mut host, "ok");
+        assert_eq!(sent(&mut host), "");
+        say(&mut host, "ok");
+        assert_eq!(sent(&mut host), "G1X3\nG77\n");
+        say(&mut host, "ok");
+        say(&mut host, "error:20");
+        assert_eq!(sent(&mut host), "");
+        assert!(host.is_done());
     }
 
     #[test]
