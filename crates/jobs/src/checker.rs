@@ -23,6 +23,7 @@ use leadscrew_machine::soft_limits;
 use leadscrew_planner::{Arc, Coordinate, StepsPerMm};
 use leadscrew_sim::own::{Own, OwnPins};
 use leadscrew_sim::scene::{StrokeKind, ToolSizes, Tooling, Toolpath};
+use leadscrew_sim::streamer::as_sent;
 use leadscrew_stepper::MAX_STEP_EVENTS;
 
 /// The beginning of a jog.
@@ -148,8 +149,8 @@ impl<const AXES: usize> Checker<AXES> {
     fn check_line(&mut self, raw: &[u8]) -> Finding {
         self.last = Done::default();
         let mut reader = LineReader::<128>::new(self.config.line_length);
-        for byte in raw.iter().filter(|byte| byte.is_ascii()) {
-            reader.push(*byte);
+        for byte in as_sent(raw) {
+            reader.push(byte);
         }
         let whole = |status| refused(LineFault { status, column: 0 });
         let line = reader.line().map_err(whole)?;
@@ -422,7 +423,7 @@ impl<const AXES: usize> Checker<AXES> {
         let (fault, column) = match kind {
             LineFaultKind::Refused(fault) => (
                 Fault::Error(fault.status),
-                Some(raw_column(raw, fault.column)),
+                Some(raw_column(&as_sent(raw), fault.column)),
             ),
             LineFaultKind::OutOfTravel if self.settings.is_on(Setting::SoftLimits) => {
                 (Fault::Alarm(Alarm::SoftLimit), None)

@@ -15,7 +15,7 @@ pub struct Done {
 pub enum Remark {
     /// A `(` without a `)`: the rest of the line is a comment.
     UnclosedComment,
-    /// A byte that does not occur in G-code: the machine drops it.
+    /// A byte that does not occur in G-code.
     OddByte,
     /// A line that changes a setting of the machine permanently.
     Setting,
@@ -41,7 +41,7 @@ impl Remark {
     pub fn message(self) -> &'static str {
         match self {
             Self::UnclosedComment => "a comment is not closed",
-            Self::OddByte => "a byte that is no G-code is dropped",
+            Self::OddByte => "a byte that is no G-code",
             Self::Setting => "the job changes a setting of the machine",
             Self::AfterEnd => "the program has ended before",
             Self::OutsideTravel => "outside the travel",

@@ -124,6 +124,34 @@ fn a_line_that_the_machine_leaves_unanswered_ends_the_job_with_an_error() {
     assert_eq!(leadscrew(&["run", &last]).status.code(), Some(0));
 }
 
+/// Line, code and column of each error that a command finds in a job.
+fn errors(args: &[&str]) -> Vec<[Option<u64>; 3]> {
+    let output = leadscrew(args);
+    let json: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+    let errors = json["errors"].as_array().unwrap().iter();
+    errors
+        .map(|error| ["line", "code", "column"].map(|field| error[field].as_u64()))
+        .collect()
+}
+
+/// Expects that `run` and `check` find the same errors in the job, in these lines.
+fn same_errors(job: &str, machine: &[&str], lines: &[u64]) {
+    let folder = Folder::new();
+    let job = &folder.file("job.nc", job);
+    let found = errors(&[&["check", "--json", job], machine].concat());
+    let met = errors(&[&["run", "--json", "--keep-going", job], machine].concat());
+    assert_eq!(found, met, "{job}");
+    let places: Vec<_> = found.iter().filter_map(|[line, ..]| *line).collect();
+    assert_eq!(places, lines, "{found:?}");
+}
+
+#[test]
+fn check_and_run_refuse_the_same_bytes() {
+    let job =
+        "G0X\u{2212}1\nG1\u{a0}X1F600\nG0X1?\n! G0X1\nG0\x18X1\nG0X1\x7f\nG0X\x012 (\u{e9})\n";
+    same_errors(job, &[], &[1, 2, 3, 4, 5, 6]);
+}
+
 #[test]
 fn a_program_pause_is_resumed_and_the_program_goes_on() {
     let folder = Folder::new();
