@@ -3,31 +3,31 @@
 //! Lines go through the machine's own line reader, interpreter and settings, but are not planned or
 //! moved.
 
+mod system;
+
 use crate::complaint::{Complaint, Fault};
-use crate::machine::{instead, Machine, TIMING};
+use crate::machine::Machine;
 use crate::remark::{Done, Remark};
 use leadscrew_machine::config::{AxisKind, MachineConfig};
 use leadscrew_machine::extension::{Call, Extension};
-use leadscrew_machine::home;
 use leadscrew_machine::interpreter::{
     ArcShape, Command, Commands, Context, Fault as LineFault, Feed, Interpreter, OffsetId,
     Own as Codes, OwnCodes, Rotation, Spindle, Strokes, ToolTable, Travel, Turn, WorkSystem,
 };
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::line_reader::{raw_column, LineReader};
-use leadscrew_machine::protocol::status::Status;
-use leadscrew_machine::protocol::system_command::{Activity, Circumstances, Homing, SystemCommand};
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
-use leadscrew_machine::settings::values::{Entry, Settings};
+use leadscrew_machine::settings::values::Settings;
 use leadscrew_machine::soft_limits;
 use leadscrew_planner::{Arc, Coordinate, StepsPerMm};
 use leadscrew_sim::own::{Own, OwnPins};
 use leadscrew_sim::scene::{StrokeKind, ToolSizes, Tooling, Toolpath};
 use leadscrew_sim::streamer::as_sent;
 use leadscrew_stepper::MAX_STEP_EVENTS;
+use system::State;
 
-/// The beginning of a jog.
-const JOG: &[u8] = b"$J=";
+/// M6, at which a machine with a tool change waits for its operator.
+const TOOL_CHANGE: u8 = 6;
 
 /// The finding about a line: a fault, with details if there are any.
 type Finding = Result<(), (LineFaultKind, Option<String>)>;
@@ -38,6 +38,7 @@ enum LineFaultKind {
     Refused(LineFault),
     OutOfTravel,
     TooLong,
+    Unanswered,
 }
 
 /// Follows a program line by line, whatever the axes of its machine.
@@ -75,6 +76,7 @@ struct Checker<const AXES: usize> {
     config: MachineConfig<AXES>,
     settings: Settings<AXES>,
     interpreter: Interpreter<AXES>,
+    motors: usize,
     /// The M codes of the machine's extensions.
     own: Own<AXES>,
     /// Where the program goes.
@@ -84,6 +86,10 @@ struct Checker<const AXES: usize> {
     tools: ToolSizes,
     /// Whether targets outside the travel are faults even with soft limits off.
     travel_counts: bool,
+    /// The state of the machine.
+    state: State<AXES>,
+    /// Motion may go on: nothing has waited for its end.
+    moves: bool,
     /// The effects of the line under way.
     last: Done,
 }
@@ -113,7 +119,7 @@ impl<const AXES: usize> Follow for Checker<AXES> {
 
     fn refuses(&mut self, raw: &[u8]) -> bool {
         match self.check_line(raw) {
-            Ok(()) | Err((LineFaultKind::OutOfTravel, _)) => false,
+            Ok(()) | Err((LineFaultKind::OutOfTravel | LineFaultKind::Unanswered, _)) => false,
             Err((LineFaultKind::Refused(_) | LineFaultKind::TooLong, _)) => true,
         }
     }
@@ -135,6 +141,7 @@ impl<const AXES: usize> Checker<AXES> {
             config: machine.config(),
             settings: Settings::new(machine.first()),
             interpreter: Interpreter::new(),
+            motors: machine.file.motor_count(),
             own: machine
                 .file
                 .extension(machine.outputs, None, OwnPins::default()),
@@ -142,6 +149,8 @@ impl<const AXES: usize> Checker<AXES> {
             tooling: machine.tooling(),
             tools: ToolSizes::default(),
             travel_counts: false,
+            state: State::Idle,
+            moves: false,
             last: Done::default(),
         }
     }
@@ -152,16 +161,18 @@ impl<const AXES: usize> Checker<AXES> {
         for byte in as_sent(raw) {
             reader.push(byte);
         }
+        self.wake()?;
         let whole = |status| refused(LineFault { status, column: 0 });
         let line = reader.line().map_err(whole)?;
         match line {
-            [b'$', b'J', b'=', jog @ ..] => self.check_jog(jog),
             [b'$', ..] => self.check_system(line),
+            [] => Ok(()),
             _ => self.check_program(line),
         }
     }
 
     fn check_program(&mut self, line: &[u8]) -> Finding {
+        self.end_jog();
         let mut commands = Commands::new();
         let start = *self.interpreter.position();
         let reach = self.reach();
@@ -202,21 +213,37 @@ impl<const AXES: usize> Checker<AXES> {
                     .try_for_each(|stroke| self.check_command(at, &stroke))
             }
             Command::Pause => {
-                self.last.paused = true;
+                self.last.paused = !self.is_checking();
+                self.moves = false;
                 Ok(())
             }
             Command::ProgramEnd => {
                 self.last.ended = true;
+                self.moves = false;
                 Ok(())
             }
-            Command::Spindle(_)
-            | Command::Coolant(_)
-            | Command::ParkingControl(_)
-            | Command::Own(_)
-            | Command::Dwell(_)
-            | Command::StoreOffset { .. }
-            | Command::StoreTool { .. }
-            | Command::WorkOffset(_) => Ok(()),
+            Command::StoreTool { tool, length } => {
+                self.moves = false;
+                if self.is_checking() {
+                    return Ok(());
+                }
+                let stored = self.own.set_tool_length(*tool, *length);
+                stored.map(|_| ()).map_err(|status| refused(status.into()))
+            }
+            Command::Spindle(_) => {
+                // A laser's power may change in motion.
+                self.moves &= self.settings.is_on(Setting::Laser);
+                Ok(())
+            }
+            Command::Coolant(_) | Command::Dwell(_) | Command::StoreOffset { .. } => {
+                self.moves = false;
+                Ok(())
+            }
+            Command::Own(call) => {
+                self.last.paused |= call.code == TOOL_CHANGE && !self.is_checking();
+                Ok(())
+            }
+            Command::ParkingControl(_) | Command::WorkOffset(_) => Ok(()),
         }
     }
 
@@ -227,6 +254,7 @@ impl<const AXES: usize> Checker<AXES> {
         arc: Option<&ArcShape>,
     ) -> Finding {
         let start = std::mem::replace(at, travel.target);
+        self.moves |= !self.is_checking();
         let kind = match travel.feed {
             Feed::Rapid => StrokeKind::Travel,
             Feed::PerMinute(_) | Feed::InverseTime(_) => {
@@ -239,16 +267,23 @@ impl<const AXES: usize> Checker<AXES> {
             }
         };
         let Some(arc) = arc else {
-            self.path.go(mm(&travel.target), kind);
+            self.draw_to(&travel.target, kind);
             self.check_length(&start, &travel.target)?;
             return self.check_travel(&travel.target);
         };
         let mut found = Ok(());
         for chord in self.chords(&start, &travel.target, arc) {
-            self.path.go(mm(&chord), kind);
+            self.draw_to(&chord, kind);
             found = found.and_then(|()| self.check_travel(&chord));
         }
         found
+    }
+
+    /// Notes a move, unless nothing moves.
+    fn draw_to(&mut self, target: &[Coordinate; AXES], kind: StrokeKind) {
+        if !self.is_checking() {
+            self.path.go(mm(target), kind);
+        }
     }
 
     /// The spindle's speed or the laser's power, as a share of full power.
@@ -293,70 +328,6 @@ impl<const AXES: usize> Checker<AXES> {
             clockwise,
             tolerance,
         )
-    }
-
-    fn check_jog(&mut self, jog: &[u8]) -> Finding {
-        let reach = self.reach();
-        let context = self.config.context(&self.settings, &reach, OwnCodes::NONE);
-        let refused = |fault: LineFault| {
-            let column = fault.column + JOG.len();
-            refused(LineFault { column, ..fault })
-        };
-        match self.interpreter.jog(jog, &context).map_err(refused)? {
-            Some(jog) => {
-                let column = JOG.len();
-                let refuse = |(_, detail)| {
-                    let status = Status::JogOutOfTravel;
-                    (LineFaultKind::Refused(LineFault { status, column }), detail)
-                };
-                self.check_travel(&jog.travel.target).map_err(refuse)?;
-                self.interpreter.set_position(jog.travel.target);
-                Ok(())
-            }
-            None => Ok(()),
-        }
-    }
-
-    fn check_system(&mut self, line: &[u8]) -> Finding {
-        let now = Circumstances {
-            activity: Activity::Idle,
-            homing: self.settings.is_on(Setting::Homing),
-            single_axis_homing: self.config.options.single_axis_homing,
-        };
-        let command = SystemCommand::parse(line, &now).map_err(refused)?;
-        if let SystemCommand::Home(homing) = command {
-            self.home(homing);
-        }
-        if let SystemCommand::Set { number, value } = command {
-            let entry = Entry { number, value };
-            if let Err(status) = self.settings.set(entry, TIMING.limits(AXES)) {
-                let fault = command.locate(status.into(), line);
-                let words = || instead(&self.settings, AXES, number).trim().to_owned();
-                let detail = (status == Status::StepRateTooHigh).then(words);
-                return Err((LineFaultKind::Refused(fault), detail));
-            }
-        }
-        Ok(())
-    }
-
-    /// The machine homes axes; the program continues from there.
-    fn home(&mut self, homing: Homing) {
-        let cycles = self.config.homing_cycles.iter();
-        let mask = match homing {
-            Homing::All => cycles.fold(0, |all, cycle| all | cycle),
-            Homing::Axis(axis) => 1 << axis,
-        };
-        let pull_off = self.settings.value(Setting::HomingPullOff).nanos();
-        let pull_off = Coordinate::from_nanos(pull_off);
-        let negative = self.settings.mask(Setting::HomingDirection);
-        let mut position = *self.interpreter.position();
-        for (axis, (place, travel)) in position.iter_mut().zip(self.travel()).enumerate() {
-            if mask >> axis & 1 == 1 {
-                *place = home::place(travel, pull_off, negative >> axis & 1 == 1);
-            }
-        }
-        self.interpreter.set_position(position);
-        self.path.resume_at(mm(&position));
     }
 
     /// Checks that a target lies within the travel. Does so where soft limits are on, or where
@@ -430,6 +401,7 @@ impl<const AXES: usize> Checker<AXES> {
             }
             LineFaultKind::OutOfTravel => (Fault::Remark(Remark::OutsideTravel), None),
             LineFaultKind::TooLong => (Fault::TooLong, None),
+            LineFaultKind::Unanswered => (Fault::Unanswered, None),
         };
         Complaint {
             file: self.file.clone(),

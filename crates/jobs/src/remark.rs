@@ -8,6 +8,8 @@ pub struct Done {
     pub paused: bool,
     /// It ended the program (M2, M30).
     pub ended: bool,
+    /// The machine refuses it if motion goes on, and nothing has waited for the end of motion.
+    pub in_motion: bool,
 }
 
 /// The subject of a remark.
@@ -23,6 +25,8 @@ pub enum Remark {
     AfterEnd,
     /// A place outside the travel; soft limits are off and would not stop it.
     OutsideTravel,
+    /// A line that the machine refuses in motion, and motion may go on.
+    InMotion,
 }
 
 impl Remark {
@@ -34,6 +38,7 @@ impl Remark {
             Self::Setting => "setting",
             Self::AfterEnd => "after_end",
             Self::OutsideTravel => "outside_travel",
+            Self::InMotion => "in_motion",
         }
     }
 
@@ -45,6 +50,7 @@ impl Remark {
             Self::Setting => "the job changes a setting of the machine",
             Self::AfterEnd => "the program has ended before",
             Self::OutsideTravel => "outside the travel",
+            Self::InMotion => "the machine may still be moving",
         }
     }
 
@@ -60,6 +66,10 @@ impl Remark {
             }
             Self::AfterEnd => "M2 and M30 end the program; senders send what follows all the same.",
             Self::OutsideTravel => "Soft limits ($20) are off: the machine would run into its end.",
+            Self::InMotion => {
+                "In motion the machine refuses the line: error:8, or error:9 in a jog. `G4 P0` waits \
+                 for the end of motion; for the end of a jog the sender has to wait."
+            }
         }
     }
 }
@@ -74,7 +84,8 @@ pub(crate) struct Remarks {
 impl Remarks {
     /// Takes a line with its effects `done`; returns the remarks about it, each with its byte.
     pub(crate) fn take(&mut self, raw: &[u8], done: Done) -> Vec<(usize, Remark)> {
-        let found = self.read(raw);
+        let mut found = self.read(raw);
+        found.extend(done.in_motion.then_some((0, Remark::InMotion)));
         self.pass(done);
         found
     }

@@ -153,6 +153,63 @@ fn check_and_run_refuse_the_same_bytes() {
 }
 
 #[test]
+fn check_follows_the_machine_into_check_mode_sleep_and_a_new_start() {
+    // Leaving check mode, and `$RST=`, the machine starts anew: without a feed, in G54.
+    same_errors("$C\nG1X1F600\n$H\n$110=5\n$C\nG1X2\n", &[], &[3, 4, 6]);
+    same_errors("F600\n$RST=#\nG1X2\n", &[], &[3]);
+    same_errors("$N0=G77\n$N1=G20\n$9999\n$SED=1\n", &[], &[1, 3]);
+    same_errors("G1X1F600\nG4P0\n$SLP\n\nG1X2\n", &[], &[4]);
+}
+
+#[test]
+fn check_knows_the_settings_and_the_tools_of_extensions() {
+    let folder = Folder::new();
+    let machine = folder.file("machine.toml", "[tool_change]\n");
+    let job = "$860=5\n$861=-1\n$860\n$SED=862\nG10L1P1Z3\nG43H1\nG1Z5F600\nM6T1\nG77\n";
+    same_errors(job, &["--machine", &machine], &[2, 9]);
+    let job = folder.file("job.nc", job);
+    let read = |command, fields: &[&str]| {
+        let args = [command, "--json", "--machine", &machine, &job];
+        let output = leadscrew(&[&args, fields].concat());
+        serde_json::from_str::<serde_json::Value>(&stdout(&output)).unwrap()
+    };
+    let (found, met) = (read("check", &[]), read("run", &["--keep-going"]));
+    assert_eq!(found["extents"]["z"]["max"], 8.0);
+    assert_eq!(met["extents"]["z"]["max"], 8.0);
+    assert_eq!(
+        (&found["pauses"][0], &met["pauses"][0]),
+        (&8.into(), &8.into())
+    );
+}
+
+#[test]
+fn check_says_where_motion_may_still_go_on() {
+    let folder = Folder::new();
+    for (job, lines) in [
+        ("G1X1F600\n$H\n", vec![2]),
+        ("G1X1F600\n$#\n$G\n$J=X2F100\n", vec![2, 4]),
+        ("G1X1F600\n$C\nG1X2\n", vec![2]),
+        ("$J=X1F100\n$J=X2F100\nG1X5F100\n", vec![3]),
+        ("G1X1F600\nG4P0\n$H\n", vec![]),
+        (
+            "G1X1F600\nM0\n$#\nG1X2\nM3S1\n$#\nG1X3\nM8\n$N0=\n$H\n$H\n",
+            vec![],
+        ),
+    ] {
+        let job = folder.file("job.nc", job);
+        let output = leadscrew(&["check", "--json", "--set", "$22=1", &job]);
+        let json: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+        let warnings = json["warnings"].as_array().unwrap().iter();
+        let told = warnings.filter(|warning| warning["kind"] == "in_motion");
+        let told: Vec<_> = told
+            .filter_map(|warning| warning["line"].as_u64())
+            .collect();
+        assert_eq!(told, lines, "{json}");
+        assert_eq!(output.status.code(), Some(0), "{json}");
+    }
+}
+
+#[test]
 fn a_program_pause_is_resumed_and_the_program_goes_on() {
     let folder = Folder::new();
     let json = report(&[&folder.file("job.nc", "G0X1\nM0\nG0X2\nM30\n")]);
