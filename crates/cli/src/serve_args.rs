@@ -1,7 +1,7 @@
 //! Options of `leadscrew serve`.
 
 use clap::{ArgGroup, Args};
-use leadscrew_serve::{LineSpec, StateFile, Token};
+use leadscrew_serve::{allowance, LineSpec, StateFile, Token};
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
@@ -30,7 +30,7 @@ pub(super) struct ServeArgs {
     /// A web page that may connect, by its origin (`https://cnc.example`), or a name by which this
     /// computer is reached (`cnc.local`). May be repeated. Senders that are not web pages can
     /// connect without it.
-    #[arg(long, value_name = "ORIGIN|NAME", requires = "ws")]
+    #[arg(long, value_name = "ORIGIN|NAME", requires = "ws", value_parser = allowance)]
     pub(super) allow: Vec<String>,
     /// The token at the end of the page's address: 16 to 128 letters, digits, - or _. With this
     /// option the address is the same after a restart; without it each start makes a new token.
@@ -160,6 +160,17 @@ mod tests {
             assert!(parse(&["--tcp", bad]).is_err(), "{bad}");
         }
         assert!(parse(&["--ws", "[::1]:81"]).is_ok());
+    }
+
+    #[test]
+    fn pages_are_allowed_by_their_origin() {
+        let allow = |text| parse(&["--ws", "1", "--allow", text]);
+        assert_eq!(
+            allow("http://host:1234/").unwrap().allow,
+            ["http://host:1234"]
+        );
+        let refused = allow("http://host/page").unwrap_err().to_string();
+        assert!(refused.contains("expected an origin such as"), "{refused}");
     }
 
     #[test]

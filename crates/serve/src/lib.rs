@@ -10,6 +10,7 @@
 //! one message, and the machine goes on. A line that cannot be opened is tried again until it can.
 #![forbid(unsafe_code)]
 
+mod allowance;
 mod bench;
 mod frame_reader;
 mod line;
@@ -40,6 +41,7 @@ mod wire_log;
 #[cfg(test)]
 mod lines_tests;
 
+pub use allowance::{allowance, NoAllowance};
 pub use line::{LineError, LineSpec, Refusal, What};
 pub use note::Note;
 pub use panel::{Key, Panel, Plain, Snapshot};

@@ -126,7 +126,8 @@ impl Allowed {
         let host = host.unwrap_or_default();
         match host.parse::<Authority>() {
             Ok(name) if is_this_computer(name.host()) || self.lists(name.host()) => {}
-            Ok(_) | Err(_) => return Err(Foreign::Host(host)),
+            Ok(name) => return Err(Foreign::Host(name.host().to_owned())),
+            Err(_) => return Err(Foreign::Host(host)),
         }
         match only(headers, ORIGIN).map_err(Foreign::Origin)? {
             Some(page) if !is_served_by(&page, &host) && !self.lists(&page) => {
@@ -212,6 +213,11 @@ mod tests {
         }
         assert_eq!(check(&["cnc.local"], &[(HOST, "CNC.local:81")]), Ok(()));
         assert!(check(&[], &[(HOST, "localhost"), (HOST, "attacker.example")]).is_err());
+        // The message names what `--allow` takes.
+        let foreign = check(&[], &[(HOST, "cnc.local:81")])
+            .unwrap_err()
+            .to_string();
+        assert!(foreign.contains("`--allow cnc.local`"), "{foreign}");
     }
 
     #[test]
