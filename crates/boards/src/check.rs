@@ -138,6 +138,11 @@ impl Board {
         expect(findings, heaters.len() <= 4, || {
             format!("heaters: {} of them, four are read", heaters.len())
         });
+        if let Some(volts) = self.sockets.reference {
+            expect(findings, volts.is_finite() && volts > 0.0, || {
+                format!("reference: {volts} V, expected a finite number above 0")
+            });
+        }
     }
 
     /// Checks that the serial line's pins belong to the USART, and that its requests reach the DMA

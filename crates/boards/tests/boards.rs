@@ -92,6 +92,16 @@ fn a_wire_leads_from_an_output_to_a_capture_or_to_an_input() {
 
 /// A text in the Discovery's file, the text that replaces it, and a part of the expected message.
 const WRONG: &[(&str, &str, &str)] = &[
+    (
+        "reference = 3.0",
+        "reference = nan",
+        "reference: NaN V, expected a finite number",
+    ),
+    (
+        "reference = 3.0",
+        "reference = -3.0",
+        "reference: -3 V, expected a finite number",
+    ),
     // A pin that is used twice, one that the chip lacks, one of USB, one of the debug port, and
     // one without a place on the board.
     (

@@ -10,7 +10,11 @@ use leadscrew_machine::protocol::status::Status;
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::{Entry, Key, Settings};
 use leadscrew_stepper::MotorMask;
+use std::ops::RangeInclusive;
 use toml::Spanned;
+
+/// The values that a setting can hold at all.
+const VALUES: RangeInclusive<f64> = -9e9..=9e9;
 
 /// How often all settings are tried: some are refused until another one is set.
 const PASSES: usize = 2;
@@ -29,12 +33,15 @@ impl Profile {
         }
     }
 
-    /// The first setting that the machine refuses, and the machine's answer.
-    pub(super) fn refused_setting(&self) -> Option<(Named, Status)> {
+    /// The first setting that the machine refuses, and why.
+    pub(super) fn refused_setting(&self) -> Option<(Named, &'static str)> {
+        let all = self.named_settings();
+        if let Some(named) = all.iter().find(|named| !VALUES.contains(&named.value)) {
+            return Some((named.clone(), "expected a number between -9e9 and 9e9"));
+        }
         let axes = self.axis_count();
         let mut settings = Settings::<MOST_AXES>::new(&[]);
         let limit = MachineConfig::<MOST_AXES>::new().step_timing.limits(axes);
-        let all = self.named_settings();
         let mut refused = None;
         for _ in 0..PASSES {
             let mut results = all.iter().map(|named| {
@@ -44,7 +51,7 @@ impl Profile {
             });
             refused = results.by_ref().fold(None, Option::or);
         }
-        refused
+        refused.map(|(named, status)| (named, status.text()))
     }
 
     /// All settings of the file: those that follow from switches and axes, then names, then
@@ -202,6 +209,22 @@ mod tests {
         );
         let gap = wrong("[axes.b]\nrotary = true\n");
         assert!(gap.contains("axes: expected axes in the order"), "{gap}");
+    }
+
+    #[test]
+    fn a_setting_that_is_no_finite_number_is_refused() {
+        for (key, line) in [
+            ("laser.lead_us", "[laser]\nlead_us = "),
+            ("motors.idle_delay_ms", "[motors]\nidle_delay_ms = "),
+            ("settings.$110", "[settings]\n\"$110\" = "),
+        ] {
+            for value in ["nan", "-nan", "inf", "-inf", "1e300"] {
+                let text = format!("{line}{value}\n");
+                let wrong = Profile::parse(Path::new("m.toml"), &text).unwrap_err();
+                let expected = format!("m.toml:2: {key}: expected a number between -9e9 and 9e9");
+                assert_eq!(wrong.to_string(), expected, "{value}");
+            }
+        }
     }
 
     #[test]

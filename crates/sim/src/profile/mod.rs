@@ -397,10 +397,7 @@ impl Profile {
         }
         match profile.refused_setting() {
             None => Ok(profile),
-            Some((named, status)) => {
-                let what = status.text().to_owned();
-                Err(Wrong::at(file, text, named.at, named.key, what))
-            }
+            Some((named, what)) => Err(Wrong::at(file, text, named.at, named.key, what.to_owned())),
         }
     }
 }
