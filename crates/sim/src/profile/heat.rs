@@ -1,6 +1,6 @@
 //! Heaters and fan of a machine file.
 
-use super::value::{AxisLetters, Celsius, Positive};
+use super::value::{AxisLetters, Celsius, Positive, Volts};
 use super::Profile;
 use crate::oven::{Body, HeatWires};
 use leadscrew_heat::{Gates, HeatConfig, HeaterConfig, Limits, Sensor};
@@ -72,7 +72,7 @@ pub enum SensorTable {
     /// An amplifier whose voltage is linear in the temperature.
     Amplifier {
         /// Volts at 0 degrees.
-        offset_v: f32,
+        offset_v: Volts,
         /// Volts a kelvin.
         gain_v_k: Positive,
     },
@@ -192,7 +192,7 @@ impl SensorTable {
         match self {
             Self::Ad595 => Sensor::AD595,
             Self::Amplifier { offset_v, gain_v_k } => Sensor::Linear {
-                offset: offset_v,
+                offset: offset_v.get(),
                 gain: gain_v_k.get() as f32,
             },
             Self::Thermistor {

@@ -1,6 +1,6 @@
 //! The tool change of a machine file.
 
-use super::value::{Place, Positive};
+use super::value::{Place, Positive, Way};
 use leadscrew_gcode::Number;
 use leadscrew_machine::extension::Shown;
 use leadscrew_toolchange::ToolChangeConfig;
@@ -16,7 +16,7 @@ pub struct ToolChangeTable {
     pub shown: ShownAs,
     /// How far above the higher end of its way back the tool first rises, mm: the first value of
     /// `$860`.
-    pub clearance_mm: Option<Place>,
+    pub clearance_mm: Option<Way>,
     /// How long the spindle runs up before Z goes down, ms: the first value of `$861`.
     pub spin_up_ms: Option<u16>,
     /// How fast the tool moves back, mm/min: the first value of `$862`.
@@ -71,7 +71,7 @@ impl ToolChangeTable {
             },
             clearance: self
                 .clearance_mm
-                .map_or(usual.clearance, |place| number(place.mm().max(0.0))),
+                .map_or(usual.clearance, |way| number(way.mm())),
             spin_up: self
                 .spin_up_ms
                 .map_or(usual.spin_up, |ms| Number::from_int(ms.into())),

@@ -26,6 +26,10 @@ pub enum ValueError {
     NotACount,
     /// Not finite, below absolute zero, or hotter than any heater.
     NotATemperature,
+    /// Not finite, or more than a sensor's amplifier puts out.
+    NotAVoltage,
+    /// Below 0, not finite, or more than a kilometre.
+    NotAWay,
 }
 
 impl fmt::Display for ValueError {
@@ -40,6 +44,8 @@ impl fmt::Display for ValueError {
             Self::NotALookAhead => "expected 2 to 1024 moves",
             Self::NotACount => "expected 0 to 8 outputs",
             Self::NotATemperature => "expected between -273 and 2000 degrees",
+            Self::NotAVoltage => "expected between -100 and 100 V",
+            Self::NotAWay => "expected a length between 0 and 1e6 mm",
         })
     }
 }
@@ -83,6 +89,50 @@ impl TryFrom<f64> for Celsius {
             .contains(&celsius)
             .then_some(Self(celsius as f32))
             .ok_or(ValueError::NotATemperature)
+    }
+}
+
+/// A voltage, V.
+#[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Deserialize, JsonSchema)]
+#[serde(try_from = "f64")]
+pub struct Volts(f32);
+
+impl Volts {
+    /// V.
+    pub fn get(self) -> f32 {
+        self.0
+    }
+}
+
+impl TryFrom<f64> for Volts {
+    type Error = ValueError;
+    fn try_from(volts: f64) -> Result<Self, ValueError> {
+        (-100.0..=100.0)
+            .contains(&volts)
+            .then_some(Self(volts as f32))
+            .ok_or(ValueError::NotAVoltage)
+    }
+}
+
+/// A length that is not negative, mm.
+#[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Deserialize, JsonSchema)]
+#[serde(try_from = "f64")]
+pub struct Way(f64);
+
+impl Way {
+    /// Millimetres.
+    pub fn mm(self) -> f64 {
+        self.0
+    }
+}
+
+impl TryFrom<f64> for Way {
+    type Error = ValueError;
+    fn try_from(mm: f64) -> Result<Self, ValueError> {
+        (0.0..=FAR)
+            .contains(&mm)
+            .then_some(Self(mm))
+            .ok_or(ValueError::NotAWay)
     }
 }
 
