@@ -59,7 +59,7 @@ impl Causes {
 fn subject(complaint: &Complaint) -> String {
     match (complaint.fault, complaint.column) {
         (Fault::Remark(_), _) => complaint.fault.message().to_owned(),
-        (Fault::Error(_), Some(column)) => word(complaint.text.as_bytes(), column),
+        (Fault::Error(_), Some(_)) => word(complaint.from_column()),
         (_, _) => complaint.detail.as_deref().map_or(String::new(), axes),
     }
 }
@@ -79,21 +79,17 @@ fn axes(detail: &str) -> String {
     detail.split("; ").map(end).collect::<Vec<_>>().join(", ")
 }
 
-/// The word at a column: a whole G or M code. Of another word only the letter, since its value
+/// The word that a text begins with: a whole G or M code. Of another word only the letter, since its value
 /// differs from line to line.
-fn word(text: &[u8], column: usize) -> String {
-    let rest = text.get(column..).unwrap_or_default();
-    if let Some(letter @ (b'A'..=b'Z' | b'a'..=b'z')) = rest.first() {
-        if !b"GMgm".contains(letter) {
-            return char::from(letter.to_ascii_uppercase()).to_string();
-        }
+fn word(rest: &str) -> String {
+    let first = rest.chars().next().unwrap_or(' ').to_ascii_uppercase();
+    if first.is_ascii_alphabetic() && !"GM".contains(first) {
+        return first.to_string();
     }
-    let end = rest
-        .iter()
-        .skip(1)
-        .position(|byte| !matches!(byte, b'0'..=b'9' | b'.' | b'-' | b' '));
-    let word = &rest[..end.map_or(rest.len(), |end| end + 1)];
-    String::from_utf8_lossy(word).trim_end().to_uppercase()
+    let ends = |(_, c): &(usize, char)| !matches!(c, '0'..='9' | '.' | '-' | ' ');
+    let end = rest.char_indices().skip(1).find(ends);
+    let word = rest.get(..end.map_or(rest.len(), |(at, _)| at));
+    word.unwrap_or_default().trim_end().to_uppercase()
 }
 
 #[cfg(test)]

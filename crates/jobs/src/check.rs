@@ -2,7 +2,7 @@
 //! moves. The result is a line for a person, or JSON for a program.
 
 use crate::checker::Follow;
-use crate::complaint::Complaint;
+use crate::complaint::{Complaint, Fault};
 use crate::json::{
     error_json, extents, warning_json, Extents, JsonError, JsonWarning, JSON_VERSION,
 };
@@ -37,9 +37,12 @@ pub fn read_through(
         let done = checker.last();
         report.pauses.extend(done.paused.then_some(number));
         report.note_tools(&raw);
-        let remarked = remarks.take(&raw, done).into_iter();
-        let remarked =
-            remarked.map(|(column, remark)| Complaint::remark(name, number, column, remark, &raw));
+        let remarked = remarks
+            .take(&raw, done)
+            .into_iter()
+            .map(|(column, remark)| {
+                Complaint::new(name, number, Some(column), Fault::Remark(remark), &raw)
+            });
         for complaint in found.into_iter().chain(remarked) {
             each(&complaint);
             report.note(complaint, KEPT);

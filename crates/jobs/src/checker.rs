@@ -404,12 +404,8 @@ impl<const AXES: usize> Checker<AXES> {
             LineFaultKind::Unanswered => (Fault::Unanswered, None),
         };
         Complaint {
-            file: self.file.clone(),
-            line,
-            column,
-            fault,
-            text: String::from_utf8_lossy(raw).into_owned(),
             detail,
+            ..Complaint::new(&self.file, line, column, fault, raw)
         }
     }
 }

@@ -100,7 +100,7 @@ pub struct Complaint {
     pub file: String,
     /// The line's number, from 1.
     pub line: u64,
-    /// The byte of the line, from 0, at which the fault is, if that is known.
+    /// The character of `text`, from 0, at which the fault is, if that is known.
     pub column: Option<usize>,
     /// The mistake.
     pub fault: Fault,
@@ -139,13 +139,13 @@ impl fmt::Display for Complaint {
 }
 
 impl Complaint {
-    /// A remark on a line.
-    pub fn remark(file: &str, line: u64, column: usize, remark: Remark, text: &[u8]) -> Self {
+    /// A fault in a line of a file; `byte` is its place in the line.
+    pub fn new(file: &str, line: u64, byte: Option<usize>, fault: Fault, text: &[u8]) -> Self {
         Self {
             file: file.to_owned(),
             line,
-            column: Some(column),
-            fault: Fault::Remark(remark),
+            column: byte.map(|byte| character(text, byte)),
+            fault,
             text: String::from_utf8_lossy(text).into_owned(),
             detail: None,
         }
@@ -170,6 +170,15 @@ impl Complaint {
         format!("::{level} file={file},line={line}{column},title={title}::{message}")
     }
 
+    /// The text from the column on; empty where the fault has no place.
+    pub fn from_column(&self) -> &str {
+        let begin = self
+            .column
+            .and_then(|column| self.text.char_indices().nth(column));
+        let rest = begin.and_then(|(byte, _)| self.text.get(byte..));
+        rest.unwrap_or_default()
+    }
+
     /// The user's remedy for the fault.
     fn remedy(&self) -> &'static str {
         let is_unknown = self.fault == Fault::Error(Status::UnsupportedCommand);
@@ -181,8 +190,7 @@ impl Complaint {
 
     /// Whether the word at the column is known to 3D printers only.
     fn is_at_a_printers_word(&self) -> bool {
-        let rest = self.column.and_then(|column| self.text.get(column..));
-        let rest = rest.unwrap_or_default().to_ascii_uppercase();
+        let rest = self.from_column().to_ascii_uppercase();
         let Some(code) = rest.strip_prefix('M') else {
             return rest.starts_with('E');
         };
@@ -206,6 +214,12 @@ impl Complaint {
         }
         Ok(())
     }
+}
+
+/// The number of the character at `byte` of a line.
+fn character(line: &[u8], byte: usize) -> usize {
+    let before = line.get(..byte).unwrap_or(line);
+    String::from_utf8_lossy(before).chars().count()
 }
 
 /// Text of an annotation, escaped.
@@ -252,6 +266,25 @@ mod tests {
         assert!(lines[0].starts_with("job.nc:12:4: error:2: "));
         assert_eq!(lines[1], "    12 | G1 X-- Y2");
         assert_eq!(lines[2].find('^'), lines[1].find("X--"));
+    }
+
+    #[test]
+    fn columns_are_characters_of_the_text() {
+        for (line, byte) in [
+            (b"G0 (gr\xc3\xb6\xc3\x9fe) Q1".as_slice(), 13),
+            (b"G0 (gr\xf6\xdfe) Q1", 11),
+            (b"G0 X\xe2\x88\x921 Q1", 9),
+        ] {
+            let fault = Fault::Error(Status::UnusedWords);
+            let complaint = Complaint::new("job.nc", 1, Some(byte), fault, line);
+            assert_eq!(complaint.from_column(), "Q1");
+            let shown = complaint.to_string();
+            let lines: Vec<&str> = shown.lines().collect();
+            let before = lines[1].split("Q1").next().unwrap().chars().count();
+            assert_eq!(lines[2].find('^'), Some(before), "{shown}");
+        }
+        let end = Complaint::new("job.nc", 1, Some(9), Fault::TooLong, "X\u{fc}".as_bytes());
+        assert_eq!((end.column, end.from_column()), (Some(2), ""));
     }
 
     #[test]

@@ -360,15 +360,8 @@ impl Complaints {
         }
     }
 
-    fn complaint(&self, line: u64, column: Option<usize>, fault: Fault, text: &[u8]) -> Complaint {
-        Complaint {
-            file: self.file.clone(),
-            line,
-            column,
-            fault,
-            text: String::from_utf8_lossy(text).into_owned(),
-            detail: None,
-        }
+    fn complaint(&self, line: u64, byte: Option<usize>, fault: Fault, text: &[u8]) -> Complaint {
+        Complaint::new(&self.file, line, byte, fault, text)
     }
 
     fn note_answer(&mut self, line: u64) {
@@ -450,7 +443,7 @@ impl Replies for Complaints {
         };
         for (column, remark) in remarks.read(line) {
             if self.warnings.len() < KEPT_WARNINGS {
-                let warning = Complaint::remark(&self.file, number, column, remark, line);
+                let warning = self.complaint(number, Some(column), Fault::Remark(remark), line);
                 self.warnings.push(warning);
             }
         }
