@@ -58,7 +58,7 @@ pub(super) fn check(args: &CheckArgs) -> Result<bool, Unusable> {
 }
 
 fn check_one(args: &CheckArgs, file: &Path, machine: &Machine) -> Result<CheckReport, Unusable> {
-    spare(file, args.svg.as_deref().into_iter()).map_err(unusable)?;
+    spare(&args.machine.inputs(file), args.svg.as_deref().into_iter()).map_err(unusable)?;
     let svg = args.svg.as_deref().map(Output::create).transpose();
     let svg = svg.map_err(unusable)?;
     let job = input::open(file).map_err(unusable)?;

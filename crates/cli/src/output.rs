@@ -44,21 +44,44 @@ pub(super) fn is_input(path: &Path, inputs: &[&Path]) -> bool {
     inputs.iter().any(is_target)
 }
 
-/// Refuses outputs that would replace the job that is read.
+/// Refuses outputs that would replace a file that is read, or one another.
 ///
 /// # Errors
 /// Where one would.
 pub(super) fn spare<'a>(
-    job: &Path,
-    mut outputs: impl Iterator<Item = &'a Path>,
+    inputs: &[&Path],
+    outputs: impl Iterator<Item = &'a Path>,
 ) -> Result<(), String> {
-    match outputs.find(|path| is_input(path, &[job])) {
-        Some(path) => Err(format!(
-            "{}: is the job that is read; the output needs another name",
-            path.display()
-        )),
-        None => Ok(()),
+    let mut taken = Vec::new();
+    for path in outputs {
+        let name = path.display();
+        if is_input(path, inputs) {
+            return Err(format!(
+                "{name}: is a file that is read; the output needs another name"
+            ));
+        }
+        let place = place(path);
+        if place.is_some() && taken.contains(&place) {
+            return Err(format!("{name}: two outputs have this name"));
+        }
+        taken.push(place);
     }
+    Ok(())
+}
+
+/// The file that an output makes; `None` for standard output, a pipe or a device.
+fn place(path: &Path) -> Option<PathBuf> {
+    if is_stdout(path) {
+        return None;
+    }
+    if let Ok(there) = fs::canonicalize(path) {
+        return Some(there).filter(|there| there.is_file());
+    }
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    let folder = fs::canonicalize(folder.unwrap_or(Path::new("."))).ok()?;
+    Some(folder.join(path.file_name()?))
 }
 
 /// An output to be written.

@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 /// Where an option or the input cannot be used, or an output cannot be written.
 pub(super) fn profile(args: &ProfileArgs) -> Result<bool, Unusable> {
     let chosen = without_lead(&machine(&args.machine)?);
-    spare(&args.file, named(args)).map_err(unusable)?;
+    spare(&args.machine.inputs(&args.file), named(args)).map_err(unusable)?;
     let text = Text::read(input::open(&args.file).map_err(unusable)?)?;
     let [svg, csv] = outputs(args)?;
     let course = Course {

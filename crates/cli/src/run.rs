@@ -77,7 +77,7 @@ pub(super) fn run(args: &JobArgs) -> Result<bool, Unusable> {
 
 fn run_one(args: &JobArgs, machine: &Machine, file: &Path) -> Result<Report, Unusable> {
     let begin = Instant::now();
-    spare(file, named(args)).map_err(unusable)?;
+    spare(&args.machine.inputs(file), named(args)).map_err(unusable)?;
     let job = input::open(file).map_err(unusable)?;
     let outputs = Outputs::create(args, machine).map_err(unusable)?;
     let mut report = simulate(args, machine, job, outputs)?;

@@ -5,7 +5,7 @@ use super::{unusable, Unusable};
 use clap::Args;
 use leadscrew_jobs::{capped, settings_file, Machine};
 use leadscrew_sim::profile::Profile;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The machine's settings.
 #[derive(Args, Debug)]
@@ -20,6 +20,14 @@ pub(super) struct SettingArgs {
     /// One setting, such as '$110=6000'; may be repeated, later ones win.
     #[arg(long = "set", value_name = "$N=VALUE")]
     pub(super) set: Vec<String>,
+}
+
+impl SettingArgs {
+    /// The files that are read for a job: the job itself, and the machine's.
+    pub(super) fn inputs<'a>(&'a self, job: &'a Path) -> Vec<&'a Path> {
+        let files = [&self.machine, &self.settings].into_iter().flatten();
+        files.map(PathBuf::as_path).chain([job]).collect()
+    }
 }
 
 /// Reads the machine's file and all settings, and puts them into effect one after the other.

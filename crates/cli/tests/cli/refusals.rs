@@ -67,6 +67,38 @@ fn a_job_is_never_written_over() {
 }
 
 #[test]
+fn an_output_replaces_neither_the_machine_nor_another_output() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", SQUARE);
+    let machine = folder.file("m.toml", "");
+    let settings = folder.file("s.txt", "$110=500\n");
+    let [new, same] = ["new", "./new"].map(|name| folder.path(name).to_str().unwrap().to_owned());
+    for command in ["run", "check", "profile"] {
+        let read = ["--machine", &machine, "--settings", &settings];
+        for file in [&machine, &settings] {
+            unusable(
+                &[&[command, &job, "--svg", file], &read[..]].concat(),
+                &["another name"],
+            );
+        }
+    }
+    unusable(
+        &["run", &job, "--svg", &new, "--html", &same],
+        &["new", "two outputs"],
+    );
+    unusable(
+        &["profile", &job, "--svg", &new, "--csv", &new],
+        &["new", "two outputs"],
+    );
+    assert!(!folder.path("new").exists());
+    #[cfg(unix)]
+    {
+        let nothing = ["run", &job, "--svg", "/dev/null", "--html", "/dev/null"];
+        assert_eq!(leadscrew(&nothing).status.code(), Some(0));
+    }
+}
+
+#[test]
 fn a_job_that_cannot_be_read_does_not_keep_the_others_from_their_turn() {
     let folder = Folder::new();
     let empty = folder.file("a.nc", "");
