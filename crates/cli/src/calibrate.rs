@@ -3,17 +3,18 @@
 use super::said::say;
 use super::setting_args::{machine, SettingArgs};
 use super::{unusable, Unusable};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use leadscrew_import::calibrate::steps_per_mm;
 use leadscrew_import::Mm;
+use leadscrew_jobs::TIMING;
 use leadscrew_machine::settings::table::AxisSetting;
-use leadscrew_machine::settings::values::Key;
+use leadscrew_machine::settings::values::{Entry, Key};
 
 /// Options of `calibrate`.
 #[derive(Args, Debug)]
 pub(super) struct CalibrateArgs {
-    /// The axis.
-    axis: AxisArg,
+    /// The axis: x, y, z, or another one of the machine's file.
+    axis: char,
     /// How far it was told to go, mm.
     #[arg(long, value_name = "MM")]
     commanded: Mm,
@@ -24,27 +25,39 @@ pub(super) struct CalibrateArgs {
     machine: SettingArgs,
 }
 
-#[derive(Clone, Copy, ValueEnum, Debug)]
-enum AxisArg {
-    X,
-    Y,
-    Z,
-}
-
 /// Prints the setting with which an axis moves as far as it is told.
 ///
 /// # Errors
-/// Where a length is not above 0 or the result is no setting.
+/// Where the machine lacks the axis, a length is not above 0, or the machine refuses the result.
 pub(super) fn calibrate(args: &CalibrateArgs) -> Result<bool, Unusable> {
     let machine = machine(&args.machine)?;
-    let axis = args.axis as usize;
+    let letter = args.axis.to_ascii_uppercase();
+    let letters = machine.file.letters();
+    let axis = letters.iter().position(|one| *one == letter);
+    let axis = axis.ok_or_else(|| {
+        let has: Vec<String> = letters.iter().map(char::to_string).collect();
+        unusable(format!(
+            "the machine has no axis {letter}, but {}",
+            has.join(", ")
+        ))
+    })?;
     let key = Key::Axis(AxisSetting::StepsPerMm, axis);
     let now = machine.settings.get(key);
-    let steps = steps_per_mm(now, args.commanded, args.measured).map_err(unusable)?;
+    let value = steps_per_mm(now, args.commanded, args.measured).map_err(unusable)?;
+    let number = key.number();
+    let limits = TIMING.limits(machine.axes());
+    let taken = machine
+        .settings
+        .clone()
+        .set(Entry { number, value }, limits);
+    taken.map_err(|status| {
+        let (error, text) = (status.number(), status.text());
+        unusable(format!("${number}={value}: error:{error}: {text}"))
+    })?;
     eprintln!(
         "{now} steps/mm made {} mm of {} mm",
         args.measured, args.commanded
     );
-    say(format!("${}={steps}", key.number()))?;
+    say(format!("${number}={value}"))?;
     Ok(true)
 }

@@ -309,6 +309,28 @@ fn calibration_prints_a_line_for_the_machine() {
 }
 
 #[test]
+fn every_axis_of_the_machine_is_calibrated_and_no_other() {
+    let folder = Folder::new();
+    let machine = folder.file("m.toml", "[axes.e]\nsteps_per_mm = 100\n");
+    let by = |axis, more: &[&str]| {
+        let args = ["calibrate", axis, "--commanded", "100", "--measured", "80"];
+        leadscrew(&[&args, more].concat())
+    };
+    for axis in ["e", "E"] {
+        let output = by(axis, &["--machine", &machine]);
+        assert_eq!(stdout(&output), "$103=125\n", "{}", stderr(&output));
+    }
+    for (output, part) in [
+        (by("e", &[]), "the machine has no axis E, but X, Y, Z"),
+        (by("x", &["--set", "$100=370000"]), "$100=462500: error:12"),
+        (by("xy", &[]), "'xy'"),
+    ] {
+        assert_eq!(output.status.code(), Some(2));
+        assert!(stderr(&output).contains(part), "{}", stderr(&output));
+    }
+}
+
+#[test]
 fn a_turned_job_is_checked_as_any_other() {
     let folder = folder();
     let board = [
