@@ -34,11 +34,10 @@ pub(super) fn run(args: &JobArgs) -> Result<bool, Unusable> {
     let mut machine = machine(&args.machine)?;
     machine.outputs.count = args.outputs.unwrap_or(machine.outputs.count);
     machine.heat_fault = args.heat_fault;
-    let is_external = |fault: HeatFault| fault.failure == Failure::External;
-    if args.heat_fault.is_some_and(is_external) && !machine.file.heaters.fault_input {
-        return Err(unusable(
-            "--heat-fault external: the machine has no `heaters.fault_input`",
-        ));
+    if let Some(missing) = args.heat_fault.and_then(|fault| lacks(&machine, fault)) {
+        return Err(unusable(format!(
+            "--heat-fault: the machine has no `{missing}`"
+        )));
     }
     if !args.quiet {
         say_capped(&machine);
@@ -73,6 +72,17 @@ pub(super) fn run(args: &JobArgs) -> Result<bool, Unusable> {
     }
     all_done(&undone)?;
     Ok(clean)
+}
+
+/// The key of the part that would fail, where the machine lacks it.
+fn lacks(machine: &Machine, fault: HeatFault) -> Option<&'static str> {
+    let heaters = &machine.file.heaters;
+    match fault.failure {
+        Failure::External => (!heaters.fault_input).then_some("heaters.fault_input"),
+        Failure::Open | Failure::Shorted | Failure::Frozen | Failure::Stuck => {
+            heaters.nozzle.is_none().then_some("heaters.nozzle")
+        }
+    }
 }
 
 fn run_one(args: &JobArgs, machine: &Machine, file: &Path) -> Result<Report, Unusable> {

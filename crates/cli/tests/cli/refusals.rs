@@ -67,6 +67,18 @@ fn a_job_is_never_written_over() {
 }
 
 #[test]
+fn a_part_that_is_to_fail_has_to_be_there() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", SQUARE);
+    for (fault, part) in [
+        ("open@1", "the machine has no `heaters.nozzle`"),
+        ("external@1", "the machine has no `heaters.fault_input`"),
+    ] {
+        unusable(&["run", &job, "--heat-fault", fault], &[part]);
+    }
+}
+
+#[test]
 fn an_output_replaces_neither_the_machine_nor_another_output() {
     let folder = Folder::new();
     let job = folder.file("job.nc", SQUARE);
