@@ -1,5 +1,6 @@
 //! `leadscrew board`: files that describe boards for the firmware.
 
+use super::output::is_stdout;
 use super::said::say;
 use super::{unusable, Unusable};
 use clap::{Args, Subcommand};
@@ -47,7 +48,7 @@ pub(super) struct PackArgs {
     /// record.
     #[arg(long, conflicts_with = "into")]
     lines: bool,
-    /// Write this file, which must not be there yet.
+    /// Write this file, which must not be there yet; `-` writes to standard output.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 }
@@ -175,10 +176,11 @@ fn pack(args: &PackArgs) -> Result<bool, Unusable> {
         let lines = Board::record_lines(&record);
         super::machine::write_new(&args.output, lines.join("\n") + "\n")?;
         let (count, file) = (lines.len(), args.output.display());
-        say(format!(
-            "{file}: {count} lines, to be sent to a firmware of `{}`",
-            image_for(&record)
-        ))?;
+        let image = image_for(&record);
+        tell(
+            args,
+            format!("{file}: {count} lines, to be sent to a firmware of `{image}`"),
+        )?;
         return Ok(true);
     }
     let bytes = match &args.into {
@@ -191,11 +193,21 @@ fn pack(args: &PackArgs) -> Result<bool, Unusable> {
         Some(_) => board.start,
     };
     let (length, file) = (record.len(), args.output.display());
-    say(format!(
-        "{file}: a record of {length} bytes, to be flashed at {begin:#010x}, for a firmware of `{}`",
-        image_for(&record)
-    ))?;
+    let image = image_for(&record);
+    let text = format!(
+        "{file}: a record of {length} bytes, to be flashed at {begin:#010x}, for a firmware of `{image}`"
+    );
+    tell(args, text)?;
     Ok(true)
+}
+
+/// Says what was written; on standard error where the record itself is on standard output.
+fn tell(args: &PackArgs, text: String) -> Result<(), Unusable> {
+    if is_stdout(&args.output) {
+        eprintln!("{text}");
+        return Ok(());
+    }
+    say(text)
 }
 
 /// How the firmware is built that reads a record.
@@ -226,7 +238,7 @@ fn record(board: &Board, machine: Option<&Path>) -> Result<Vec<u8>, Unusable> {
 /// An image with the record at `offset`, where it has nothing, or another record.
 fn joined(path: &Path, record: &[u8], offset: u32) -> Result<Vec<u8>, Unusable> {
     let unread = |why: String| unusable(format!("{}: {why}", path.display()));
-    let mut image = fs::read(path).map_err(|error| unread(error.to_string()))?;
+    let mut image = fs::read(path).map_err(|error| unread(format!("cannot be read: {error}")))?;
     let begin = offset as usize;
     let place = image.get_mut(begin..begin + SMALLEST_SECTOR);
     let place = place.filter(|place| {

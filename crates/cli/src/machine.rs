@@ -1,7 +1,8 @@
 //! `leadscrew machine`: makes a new machine file, and prints how the machine is wired to its board.
 
 use super::board::say_pins;
-use super::said::say;
+use super::output::is_stdout;
+use super::said::{put, say};
 use super::{unusable, Unusable};
 use clap::{Args, Subcommand, ValueEnum};
 use leadscrew_boards::Board;
@@ -110,11 +111,14 @@ fn motors(profile: &Profile) -> String {
     named.join(", ")
 }
 
-/// Writes a file that must not exist yet.
+/// Writes a file that must not exist yet; `-` is standard output.
 ///
 /// # Errors
 /// Where it exists already or cannot be written.
 pub(super) fn write_new(path: &Path, bytes: impl AsRef<[u8]>) -> Result<(), Unusable> {
+    if is_stdout(path) {
+        return put(bytes.as_ref());
+    }
     let file = OpenOptions::new().write(true).create_new(true).open(path);
     let written = file.and_then(|mut file| file.write_all(bytes.as_ref()));
     written.map_err(|error| {

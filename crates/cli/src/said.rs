@@ -9,9 +9,16 @@ use std::io::{self, stdout, ErrorKind, Write};
 /// # Errors
 /// Where standard output cannot be written, for example because a disk is full.
 pub(super) fn say(text: impl Display) -> Result<(), Unusable> {
+    put(format!("{}\n", text.to_string().trim_end()).as_bytes())
+}
+
+/// Writes bytes to standard output.
+///
+/// # Errors
+/// Where it cannot be written.
+pub(super) fn put(bytes: &[u8]) -> Result<(), Unusable> {
     let mut out = stdout().lock();
-    let text = text.to_string();
-    let written = writeln!(out, "{}", text.trim_end()).and_then(|()| out.flush());
+    let written = out.write_all(bytes).and_then(|()| out.flush());
     unless_left(written).map_err(|error| unusable(format!("standard output: {error}")))
 }
 

@@ -52,6 +52,26 @@ fn a_file_that_was_begun_and_broken_is_told_what_is_wrong() {
 }
 
 #[test]
+fn a_dash_is_standard_output() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_leadscrew"));
+        command.current_dir(folder.path()).args(arguments);
+        command.output().unwrap()
+    };
+    let file = text(&here(&["machine", "new", "-o", "-"]).stdout);
+    assert_eq!(file, text(&here(&["machine", "new"]).stdout));
+    let file = text(&here(&["board", "new", "-o", "-"]).stdout);
+    assert_eq!(file, text(&here(&["board", "new"]).stdout));
+    let packed = here(&["board", "pack", "discovery", "-o", "-"]);
+    assert!(packed.status.success());
+    let record = leadscrew_record::Record::read(&packed.stdout);
+    assert!(record.is_ok(), "{}", text(&packed.stdout));
+    assert!(text(&packed.stderr).contains("-: a record of"));
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
 fn pins_are_listed_with_their_places() {
     let said = text(&board(&["pins", "fly-407zg"]).stdout);
     assert!(
