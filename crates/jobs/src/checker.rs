@@ -19,7 +19,7 @@ use leadscrew_machine::protocol::line_reader::{raw_column, LineReader};
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::Settings;
 use leadscrew_machine::soft_limits;
-use leadscrew_planner::{Arc, Coordinate, StepsPerMm};
+use leadscrew_planner::{Arc, Coordinate};
 use leadscrew_sim::own::{Own, OwnPins};
 use leadscrew_sim::scene::{StrokeKind, ToolSizes, Tooling, Toolpath};
 use leadscrew_sim::streamer::as_sent;
@@ -299,9 +299,9 @@ impl<const AXES: usize> Checker<AXES> {
 
     /// Whether the steps of a move can be counted: a fault where there are too many.
     fn check_length(&self, from: &[Coordinate; AXES], to: &[Coordinate; AXES]) -> Finding {
-        let steps = self.settings.axes(AxisSetting::StepsPerMm);
+        let scales = self.scales();
         let too_long = (0..AXES).any(|axis| {
-            let scale = StepsPerMm::from_nanos(steps[axis].nanos());
+            let scale = scales[axis];
             let ends = scale.steps(from[axis]).zip(scale.steps(to[axis]));
             ends.is_none_or(|(from, to)| from.abs_diff(to) > MAX_STEP_EVENTS)
         });
@@ -380,8 +380,7 @@ impl<const AXES: usize> Checker<AXES> {
 
     /// The farthest coordinates whose steps can be counted: the machine itself has the same limits.
     fn reach(&self) -> [Coordinate; AXES] {
-        let steps = self.settings.axes(AxisSetting::StepsPerMm);
-        steps.map(|steps| StepsPerMm::from_nanos(steps.nanos()).coordinate(1 << 30))
+        self.scales().map(|steps| steps.coordinate(1 << 30))
     }
 
     fn complaint(

@@ -183,6 +183,29 @@ fn check_knows_the_settings_and_the_tools_of_extensions() {
 }
 
 #[test]
+fn check_goes_the_way_of_a_jog_and_knows_where_new_steps_per_mm_leave_it() {
+    let folder = Folder::new();
+    for (job, travel, cut) in [
+        ("$J=X5F100\n", 5.0, 0.0),
+        // At X2 the motor has made 500 steps: X1 with 500 of them to a millimetre.
+        ("G0X2\nG4P0\n$100=500\nG1X3F600\n", 2.0, 2.0),
+        ("$100=500\nG0X2\nG4P0\n$RST=$\nG1X3F600\n", 2.0, 1.0),
+    ] {
+        let job = folder.file("job.nc", job);
+        for command in ["run", "check"] {
+            let done = leadscrew(&[command, "--json", &job]);
+            let json: serde_json::Value = serde_json::from_str(&stdout(&done)).unwrap();
+            let length = |field: &str| json[field].as_f64().unwrap();
+            assert!(
+                (length("travel_mm") - travel).abs() < 1e-6,
+                "{command}: {json}"
+            );
+            assert!((length("cut_mm") - cut).abs() < 1e-6, "{command}: {json}");
+        }
+    }
+}
+
+#[test]
 fn check_says_where_motion_may_still_go_on() {
     let folder = Folder::new();
     for (job, lines) in [

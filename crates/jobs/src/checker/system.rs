@@ -11,9 +11,10 @@ use leadscrew_machine::protocol::status::Status;
 use leadscrew_machine::protocol::system_command::{
     Activity, Circumstances, Homing, Restore, SystemCommand,
 };
-use leadscrew_machine::settings::table::Setting;
+use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::{checked, Entry};
-use leadscrew_planner::Coordinate;
+use leadscrew_planner::{Coordinate, StepsPerMm};
+use leadscrew_sim::scene::StrokeKind;
 
 /// The state of the machine, as far as a program can tell.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -128,6 +129,7 @@ impl<const AXES: usize> Checker<AXES> {
         if target != *self.interpreter.position() {
             (self.state, self.moves) = (State::Jog, true);
         }
+        self.draw_to(&target, StrokeKind::Travel);
         self.interpreter.set_position(target);
         Ok(())
     }
@@ -139,7 +141,9 @@ impl<const AXES: usize> Checker<AXES> {
             let done = value.and_then(|value| self.own.set(entry.number, value));
             return done.map_err(|status| refused(status.into()));
         }
+        let steps = self.steps();
         let Err(status) = self.settings.set(entry, TIMING.limits(self.motors)) else {
+            self.stand_at(steps);
             return Ok(());
         };
         let words = || {
@@ -149,6 +153,30 @@ impl<const AXES: usize> Checker<AXES> {
         };
         let detail = (status == Status::StepRateTooHigh).then(words);
         Err((LineFaultKind::Refused(status.into()), detail))
+    }
+
+    /// Where the motors stand, in steps; `None` for an axis whose steps cannot be counted.
+    fn steps(&self) -> [Option<i32>; AXES] {
+        let scales = self.scales();
+        std::array::from_fn(|axis| scales[axis].steps(self.interpreter.position()[axis]))
+    }
+
+    /// The motors stand at these steps, of which the settings say how far they lead.
+    fn stand_at(&mut self, steps: [Option<i32>; AXES]) {
+        if self.steps() == steps {
+            return;
+        }
+        let mut place = *self.interpreter.position();
+        for (axis, scale) in self.scales().into_iter().enumerate() {
+            place[axis] = steps[axis].map_or(place[axis], |steps| scale.coordinate(steps));
+        }
+        self.interpreter.set_position(place);
+        self.path.resume_at(mm(&place));
+    }
+
+    pub(super) fn scales(&self) -> [StepsPerMm; AXES] {
+        let steps = self.settings.axes(AxisSetting::StepsPerMm);
+        steps.map(|steps| StepsPerMm::from_nanos(steps.nanos()))
     }
 
     /// Checks a line that the machine is to run after each start.
@@ -182,7 +210,9 @@ impl<const AXES: usize> Checker<AXES> {
 
     fn restore(&mut self, what: Restore) {
         if matches!(what, Restore::Settings | Restore::All) {
+            let steps = self.steps();
             self.settings.restore_defaults();
+            self.stand_at(steps);
             let rows: Vec<_> = self.own.settings().collect();
             for row in rows {
                 // As on the machine, where an extension refuses its default, its value stays.
