@@ -195,7 +195,8 @@ fn pack(args: &PackArgs) -> Result<bool, Unusable> {
     let (length, file) = (record.len(), args.output.display());
     let image = image_for(&record);
     let text = format!(
-        "{file}: a record of {length} bytes, to be flashed at {begin:#010x}, for a firmware of `{image}`"
+        "{file}: a record of {length} bytes, to be flashed at {begin:#010x}, for a firmware \
+         of `{image}`"
     );
     tell(args, text)?;
     Ok(true)

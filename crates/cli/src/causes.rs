@@ -79,8 +79,8 @@ fn axes(detail: &str) -> String {
     detail.split("; ").map(end).collect::<Vec<_>>().join(", ")
 }
 
-/// The word that a text begins with: a whole G or M code. Of another word only the letter, since its value
-/// differs from line to line.
+/// The word that a text begins with: a whole G or M code. Of another word only the letter, since
+/// its value differs from line to line.
 fn word(rest: &str) -> String {
     let first = rest.chars().next().unwrap_or(' ').to_ascii_uppercase();
     if first.is_ascii_alphabetic() && !"GM".contains(first) {

@@ -67,8 +67,8 @@ impl Remark {
             Self::AfterEnd => "M2 and M30 end the program; senders send what follows all the same.",
             Self::OutsideTravel => "Soft limits ($20) are off: the machine would run into its end.",
             Self::InMotion => {
-                "In motion the machine refuses the line: error:8, or error:9 in a jog. `G4 P0` waits \
-                 for the end of motion; for the end of a jog the sender has to wait."
+                "In motion the machine refuses the line: error:8, or error:9 in a jog. `G4 P0` \
+                 waits for the end of motion; for the end of a jog the sender has to wait."
             }
         }
     }
