@@ -12,32 +12,27 @@
 //! step interrupt at a time.
 
 mod drivers;
+mod feed;
 mod feeder;
 mod place;
 mod power;
 mod reserve;
 mod start;
 
-use crate::board::{Board, Duration, Instant};
+use crate::board::{Duration, Instant};
 use crate::config::{MoveQueues, SegmentSender, ASIDE_MOVES};
-use crate::work::Work;
 use drivers::Drivers;
 use feeder::Feeder;
 use leadscrew_planner::{
     Ahead, Config, ConfigError, Coordinate, CornerRule, Curve, Kinematics, Move, Outline,
     Overrides, PixelQueue, Planner, PowerLead, PushError, Pushed, Segmenter, LONGEST_LEAD,
 };
-use leadscrew_stepper::{OutputChange, Power, Segment, Shared};
+use leadscrew_stepper::{OutputChange, Power, Shared};
 
 pub(crate) use feeder::Hunger;
 pub(crate) use power::PowerRule;
 use reserve::Reserve;
 use start::{Start, DEPTH};
-
-/// The most segments made between two lines when motion may run out of segments. With one segment
-/// only, motion does stop wherever a line and a segment together take longer to make than the
-/// segment lasts.
-const AT_ONCE: usize = 4;
 
 /// A planner and the segmenter of its moves.
 struct Track<'a, K, const AXES: usize, const MOTORS: usize> {
@@ -345,59 +340,6 @@ where
         self.stopping
     }
 
-    /// Whether segments ran out in motion since this was asked last.
-    pub(crate) fn take_underrun(&mut self) -> bool {
-        let before = self.underruns;
-        self.underruns = self.shared.underruns();
-        self.underruns != before
-    }
-
-    /// Commits one segment if there is room. A line that waits is taken before the next segment, so
-    /// that this segment takes the line's move into account. If segments may run out, they are
-    /// committed before the line, [`AT_ONCE`] at most. Returns whether the step timer is to be
-    /// started. `may_start`: whether the program may begin to move now.
-    pub(crate) fn prepare(&mut self, now: Instant, may_start: bool, work: &mut Work) -> bool {
-        self.end_stop();
-        self.program.planner.renew();
-        if self.stopping || !self.may_feed(now, may_start) {
-            return false;
-        }
-        for _ in 0..AT_ONCE {
-            if !self.feeder.has_room() || !self.commit(work) || !self.feeder.is_short() {
-                break;
-            }
-        }
-        self.feeder.is_to_start()
-    }
-
-    /// Commits the next segment; whether there is one.
-    fn commit(&mut self, work: &mut Work) -> bool {
-        let Some(mut segment) = self.next_segment() else {
-            return false;
-        };
-        self.power.apply(&mut segment);
-        self.power_out = segment.power;
-        self.feeder.push(segment);
-        work.segments = work.segments.wrapping_add(1);
-        true
-    }
-
-    /// Starts the step timer, where [`Motion::prepare`] has returned `true`.
-    pub(crate) fn start<B: Board>(&mut self, board: &mut B, now: Instant) {
-        self.feeder.start(board, now);
-    }
-
-    /// Whether motion may run out of segments: they come before anything that takes long.
-    pub(crate) fn is_short(&self) -> bool {
-        self.feeder.is_short()
-    }
-
-    /// Finds out how much of the committed motion is left. Called at the start of a turn of the
-    /// main loop.
-    pub(crate) fn look(&mut self, now: Instant) {
-        self.feeder.look(now);
-    }
-
     /// The speed that the arc of a move allows, mm/s.
     pub(crate) fn arc_speed(&self, of: &Move<AXES>) -> Option<f32> {
         match self.config().corner_rule {
@@ -409,58 +351,6 @@ where
     /// Whether a change of overrides has not reached all planned moves yet.
     pub(crate) fn is_renewing(&self) -> bool {
         self.program.planner.is_renewing()
-    }
-
-    /// When [`Motion::prepare`] wants to be called again, should no interrupt come before.
-    pub(crate) fn hunger(&mut self, now: Instant, may_start: bool) -> Hunger {
-        if self.stopping || !self.may_feed(now, may_start) || !self.has_moves() {
-            Hunger::None
-        } else {
-            self.feeder.hunger(now)
-        }
-    }
-
-    fn has_moves(&self) -> bool {
-        match self.driver {
-            Driver::Program => {
-                let waits = self.program.segmenter.is_held() || self.is_program_idle();
-                !(waits && self.lead.is_empty())
-            }
-            Driver::Aside => !(self.aside.planner.is_empty() && self.aside.segmenter.is_idle()),
-        }
-    }
-
-    fn may_feed(&mut self, now: Instant, may_start: bool) -> bool {
-        match self.driver {
-            Driver::Aside => true,
-            Driver::Program if !self.is_at_rest() => true,
-            Driver::Program => may_start && self.is_released(now),
-        }
-    }
-
-    fn is_released(&mut self, now: Instant) -> bool {
-        if !self.wants_more() {
-            self.release();
-        }
-        self.start.is_over(self.program.planner.len(), now)
-    }
-
-    fn next_segment(&mut self) -> Option<Segment<MOTORS>> {
-        match self.driver {
-            Driver::Program => {
-                let Track { planner, segmenter } = &mut self.program;
-                let room = self.feeder.room();
-                self.lead.next(room.into(), || segmenter.next(planner))
-            }
-            Driver::Aside => self.aside.segmenter.next(&mut self.aside.planner),
-        }
-    }
-
-    fn end_stop(&mut self) {
-        if self.stopping && self.feeder.is_at_rest() {
-            self.stopping = false;
-            self.shared.set_stop(false);
-        }
     }
 }
 
