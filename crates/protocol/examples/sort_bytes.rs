@@ -1,0 +1,34 @@
+//! Prints what a machine takes the bytes on standard input for: lines, and realtime commands among
+//! them.
+//!
+//! ```text
+//! $ printf 'g1 x1? (cut)\n$J=X1F100\n!' | cargo run -p leadscrew-protocol --example sort_bytes
+//! Report
+//! line: G1X1
+//! line: $J=X1F100
+//! Hold
+//! ```
+
+use leadscrew_protocol::line_reader::{LineReader, GRBL_LINE_LENGTH};
+use leadscrew_protocol::realtime::Byte;
+use std::io::{self, Read};
+
+fn main() -> io::Result<()> {
+    let mut reader = LineReader::<{ GRBL_LINE_LENGTH }>::new(GRBL_LINE_LENGTH);
+    for byte in io::stdin().lock().bytes() {
+        match Byte::sort(byte?) {
+            Byte::Realtime(command) => println!("{command:?}"),
+            Byte::Ordinary(byte) => {
+                if reader.push(byte) {
+                    match reader.line() {
+                        Ok(line) => println!("line: {}", line.escape_ascii()),
+                        Err(status) => println!("error:{} {status}", status.number()),
+                    }
+                    reader.clear();
+                }
+            }
+            Byte::Unknown => println!("a byte that GRBL drops"),
+        }
+    }
+    Ok(())
+}
