@@ -16,7 +16,9 @@
 //! [`check`].
 //!
 //! ```
-//! use leadscrew_interpreter::{AxisKind, Commands, Context, Dialect, Interpreter, OwnCodes, ToolTable, MAX_WORD};
+//! use leadscrew_interpreter::{
+//!     AxisKind, Commands, Context, Dialect, Interpreter, OwnCodes, ToolTable, MAX_WORD,
+//! };
 //!
 //! let context = Context {
 //!     axes: &[AxisKind::Linear; 3],
