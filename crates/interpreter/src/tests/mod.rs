@@ -51,22 +51,18 @@ impl<const AXES: usize> Bench<AXES> {
 
     pub(super) fn send(&mut self, line: &[u8]) -> Result<Commands<AXES>, Fault> {
         let mut commands = Commands::new();
-        let context = Context {
-            axes: &self.axes,
-            dialect: &self.dialect,
-            laser_mode: self.laser_mode,
-            soft_limits: self.soft_limits,
-            reach: &self.reach,
-            own: OwnCodes::NONE,
-            tools: ToolTable::NONE,
-        };
-        self.interpreter
-            .interpret(line, &context, &mut commands)
-            .map(|()| commands)
+        let mut interpreter = self.interpreter.clone();
+        let answer = interpreter.interpret(line, &self.context(), &mut commands);
+        self.interpreter = interpreter;
+        answer.map(|()| commands)
     }
 
     pub(super) fn jog(&self, line: &str) -> Result<Option<Jog<AXES>>, Fault> {
-        let context = Context {
+        self.interpreter.jog(line.as_bytes(), &self.context())
+    }
+
+    pub(super) fn context(&self) -> Context<'_, AXES> {
+        Context {
             axes: &self.axes,
             dialect: &self.dialect,
             laser_mode: self.laser_mode,
@@ -74,8 +70,7 @@ impl<const AXES: usize> Bench<AXES> {
             reach: &self.reach,
             own: OwnCodes::NONE,
             tools: ToolTable::NONE,
-        };
-        self.interpreter.jog(line.as_bytes(), &context)
+        }
     }
 
     /// Carries out a line that must be right, and answers its commands in words.

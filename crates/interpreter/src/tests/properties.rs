@@ -80,16 +80,7 @@ fn bench(laser_mode: bool) -> Bench<4> {
 }
 
 fn check(bench: &Bench<4>, line: &[u8]) -> Result<(), super::Fault> {
-    let context = super::Context {
-        axes: &bench.axes,
-        dialect: &bench.dialect,
-        laser_mode: bench.laser_mode,
-        soft_limits: false,
-        reach: &bench.reach,
-        own: super::OwnCodes::NONE,
-        tools: super::ToolTable::NONE,
-    };
-    bench.interpreter.check(line, &context)
+    bench.interpreter.check(line, &bench.context())
 }
 
 proptest! {
@@ -173,22 +164,11 @@ proptest! {
 
 #[test]
 fn refused_lines_leave_no_commands() {
-    let mut bench = bench(false);
-    let context = super::Context {
-        axes: &bench.axes,
-        dialect: &bench.dialect,
-        laser_mode: false,
-        soft_limits: false,
-        reach: &bench.reach,
-        own: super::OwnCodes::NONE,
-        tools: super::ToolTable::NONE,
-    };
+    let bench = bench(false);
+    let mut interpreter = bench.interpreter.clone();
     let mut commands = Commands::new();
-    let _ = bench
-        .interpreter
-        .interpret(b"G0X1", &context, &mut commands);
-    let refused = bench
-        .interpreter
-        .interpret(b"G0X1Q", &context, &mut commands);
+    let taken = interpreter.interpret(b"G0X1", &bench.context(), &mut commands);
+    assert!(taken.is_ok() && !commands.is_empty());
+    let refused = interpreter.interpret(b"G0X1Q", &bench.context(), &mut commands);
     assert!(refused.is_err() && commands.is_empty());
 }
