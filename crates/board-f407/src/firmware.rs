@@ -73,7 +73,7 @@ impl Start {
         (rcc, Self { source, reason })
     }
 
-    /// Tells senders what is out of the ordinary.
+    /// Tells senders of a clock that is not the crystal, and of a restart that nobody asked for.
     fn say(&self, board: &mut F407) {
         let source = self.source.text();
         board.say(source.filter(|_| profile::crystal_hz() != 0));

@@ -202,7 +202,7 @@ fn pack(args: &PackArgs) -> Result<bool, Unusable> {
     Ok(true)
 }
 
-/// Says what was written; on standard error where the record itself is on standard output.
+/// Prints `text`. The record may be on standard output itself; then `text` goes to standard error.
 fn tell(args: &PackArgs, text: String) -> Result<(), Unusable> {
     if is_stdout(&args.output) {
         eprintln!("{text}");

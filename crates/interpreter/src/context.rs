@@ -30,8 +30,8 @@ pub struct Context<'a, const AXES: usize> {
     pub tools: ToolTable<'a>,
 }
 
-/// The words that Grbl knows only where it is compiled for them, and words that it does not know. The
-/// others are refused where they are off.
+/// Words that not every machine knows: Grbl has two of them as options when it is compiled, and lacks
+/// the others. A machine refuses a word that is off.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Dialect {

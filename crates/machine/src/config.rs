@@ -289,7 +289,7 @@ impl<const AXES: usize> MachineConfig<AXES> {
         }
     }
 
-    /// The context of its lines with the M codes of `own`, without a tool table. `reach` is that of
+    /// The context of its lines with the M codes of `own`, without a tool table. For `reach` see
     /// [`Context::reach`].
     pub fn context<'a>(
         &'a self,

@@ -1,4 +1,4 @@
-//! The texts of errors and alarms: what a sender may see of them.
+//! The texts of errors and alarms: no word in them that a sender takes for an answer.
 
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::status::Status;

@@ -1,5 +1,5 @@
-//! Prints what a machine takes the bytes on standard input for: lines, and realtime commands among
-//! them.
+//! Sorts the bytes on standard input as a machine does: prints the lines, and the realtime commands
+//! among them.
 //!
 //! ```text
 //! $ printf 'g1 x1? (cut)\n$J=X1F100\n!' | cargo run -p leadscrew-protocol --example sort_bytes

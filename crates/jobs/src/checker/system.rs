@@ -100,7 +100,7 @@ impl<const AXES: usize> Checker<AXES> {
             SystemCommand::Home(homing) => self.home(homing),
             SystemCommand::Check => self.toggle_check(),
             SystemCommand::Sleep => self.state = State::Sleep,
-            SystemCommand::Restore(what) => self.restore(what),
+            SystemCommand::Restore(values) => self.restore(values),
             SystemCommand::Help
             | SystemCommand::ShowSettings
             | SystemCommand::ShowAllSettings
@@ -208,8 +208,8 @@ impl<const AXES: usize> Checker<AXES> {
         }
     }
 
-    fn restore(&mut self, what: Restore) {
-        if matches!(what, Restore::Settings | Restore::All) {
+    fn restore(&mut self, values: Restore) {
+        if matches!(values, Restore::Settings | Restore::All) {
             let steps = self.steps();
             self.settings.restore_defaults();
             self.stand_at(steps);
@@ -219,7 +219,7 @@ impl<const AXES: usize> Checker<AXES> {
                 let _refused = self.own.set(row.number, row.default);
             }
         }
-        if matches!(what, Restore::Parameters | Restore::All) {
+        if matches!(values, Restore::Parameters | Restore::All) {
             for offset in OffsetId::ALL {
                 self.interpreter
                     .load_offset(offset, [Coordinate::ZERO; AXES]);
@@ -256,7 +256,7 @@ impl<const AXES: usize> Checker<AXES> {
         self.moves = false;
     }
 
-    /// Calls `check` with the interpreter and what it has to know.
+    /// Calls `check` with the interpreter and the context of its lines.
     fn with_context<T>(
         &self,
         check: impl FnOnce(&Interpreter<AXES>, &Context<'_, AXES>) -> T,

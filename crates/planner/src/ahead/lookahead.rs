@@ -124,7 +124,7 @@ pub(crate) struct LookAhead<'q, const AXES: usize, const MOTORS: usize> {
     running: bool,
     /// How many moves, from the first one on, are in the plan.
     planned: usize,
-    /// What has changed since speeds were found.
+    /// The moves that have changed since speeds were found.
     stale: Stale,
     /// The number of the first move whose speed was not found move by move.
     walked: u16,

@@ -1,5 +1,5 @@
 //! Finds how fast the planned moves may begin: block by block from the end of the plan backwards,
-//! then move by move up to the running move. What has not changed is not found again.
+//! then move by move up to the running move. It stops where the speeds are as they were.
 
 use super::{Braking, LookAhead};
 use crate::ahead::map::Reach;
@@ -9,7 +9,7 @@ use crate::ahead::map::Reach;
 /// some 1200 cycles of a Cortex-M4F, in one call, while motion goes on.
 const EXACT: usize = 8;
 
-/// What has changed since speeds were found.
+/// The moves that have changed since speeds were found.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Stale {
     Nothing,
@@ -21,7 +21,7 @@ pub(super) enum Stale {
 }
 
 impl Stale {
-    /// What has changed if both have.
+    /// The changes of both.
     pub(super) fn max(self, other: Self) -> Self {
         match (self, other) {
             (Self::All, _) | (_, Self::All) => Self::All,

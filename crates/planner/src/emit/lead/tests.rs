@@ -230,8 +230,9 @@ fn with_room_for_one_segment_motion_is_the_same_and_power_earlier_by_no_more_tha
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
 
-    /// Motion is the same to the count. The power is that of the time `lead` later, but for its
-    /// change in half a tick.
+    /// Each step comes at the same timer count with a lead and without one. With the lead the power
+    /// at each time is the power that comes `lead` later without it; its change may be off by half
+    /// a tick.
     #[test]
     fn motion_stays_and_power_comes_by_the_lead_earlier(
         ends in prop::collection::vec((-8.0f64..8.0, 0u32..=100), 1..30), lead_us in 1u32..=1000,
