@@ -23,9 +23,9 @@ pub mod report;
 pub mod serial;
 pub mod system_command;
 
+pub use leadscrew_interpreter::status;
+
 /// The examples of the package's README, run as tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 pub struct Readme;
-
-pub use leadscrew_interpreter::status;

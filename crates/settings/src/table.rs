@@ -5,6 +5,7 @@
 
 use super::group::Group;
 use leadscrew_gcode::Number;
+use leadscrew_protocol::system_command::OWN;
 
 /// The values that a setting takes and the way it is printed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,7 +52,6 @@ const ROUNDED: Kind = Kind::Decimal {
     places: 0,
     zero: true,
 };
-pub use leadscrew_protocol::system_command::OWN;
 
 /// One byte in GRBL.
 const BYTE: Kind = Kind::Whole { max: 255 };
