@@ -71,6 +71,9 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         while board.timer_due() <= horizon {
             if board.pulse_due() == Cycle::NEVER {
                 self.pass_quiet(board, cpu, horizon);
+                if board.step_due() > horizon {
+                    break;
+                }
             }
             let step_start = cpu.tick_start(board.step_due());
             // A tick comes first. No tick interrupts the end of a pulse before its edge, because
@@ -268,7 +271,17 @@ mod tests {
 
     /// Runs `segments` to rest with pulses of `pulse_us`; calls `taken` after each segment that was
     /// taken.
-    fn run(pulse_us: u8, segments: &[Segment<2>], mut taken: impl FnMut()) -> Bench {
+    fn run(pulse_us: u8, segments: &[Segment<2>], taken: impl FnMut()) -> Bench {
+        run_until(FOREVER, pulse_us, segments, taken)
+    }
+
+    /// As [`run`], up to `horizon`.
+    fn run_until(
+        horizon: Cycle,
+        pulse_us: u8,
+        segments: &[Segment<2>],
+        mut taken: impl FnMut(),
+    ) -> Bench {
         let costs = Costs::F407;
         let mut queue: Queue<Segment<2>, 17> = Queue::new();
         let (mut producer, consumer) = queue.split();
@@ -293,7 +306,7 @@ mod tests {
         });
         shared.set_running();
         board.start_stepping(Instant::from_ticks(0));
-        while let Ran::Wake(_) = stepping.run(&mut board, &mut cpu, FOREVER) {
+        while let Ran::Wake(_) = stepping.run(&mut board, &mut cpu, horizon) {
             taken();
         }
         Bench { board, cpu, shared }
@@ -334,6 +347,17 @@ mod tests {
         assert_eq!(counts.dominant_parts, 10 * PARTS);
         assert_eq!(counts.step_events + counts.smoothing_ticks(), 40);
         assert_eq!(counts.step_events, 12); // Y's second step falls on one of X's
+    }
+
+    #[test]
+    fn no_tick_that_is_due_after_the_horizon_is_made() {
+        let steps = [line([10, 3], Smoothing::Fourfold, 2000, true)];
+        for horizon in (10_000..150_000).step_by(700) {
+            let bench = run_until(Cycle(horizon), 10, &steps, || ());
+            let due = |(edge, ..): &(u64, u8, u8)| edge - u64::from(Costs::F407.step_edge);
+            let last = bench.board.observer.0.last().map_or(0, due);
+            assert!(last <= horizon, "{last} {horizon}");
+        }
     }
 
     #[test]
