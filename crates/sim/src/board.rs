@@ -86,12 +86,8 @@ pub struct SimBoard<O, const MOTORS: usize> {
     costs: Costs,
     /// The start of the tick or poll under way.
     now: Cycle,
-    /// When the interrupt under way writes the power.
-    power_written: Cycle,
-    /// When the interrupt under way writes directions and outputs.
-    written: Cycle,
-    /// The latest instant at which the interrupt under way arms the next tick.
-    armed: Cycle,
+    /// The cycles that the step interrupt under way takes.
+    takes: u32,
     /// When the next step interrupt is due.
     step_due: Cycle,
     /// When the tick that was armed last is due; the wait for the next tick counts from it.
@@ -144,9 +140,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
             parts_per_tick: None,
             costs,
             now: Cycle::ZERO,
-            power_written: Cycle::ZERO,
-            written: Cycle::ZERO,
-            armed: Cycle::ZERO,
+            takes: 0,
             step_due: Cycle::NEVER,
             tick_due: Cycle::ZERO,
             pulse_due: Cycle::NEVER,
@@ -205,9 +199,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
     #[inline]
     pub(crate) fn begin_step_interrupt(&mut self, now: Cycle, cycles: u32) {
         self.now = now;
-        self.power_written = now + u64::from(self.costs.power_edge);
-        self.written = now + u64::from(cycles);
-        self.armed = now + u64::from(self.costs.step_armed.max(cycles));
+        self.takes = cycles;
         if let Some(parts) = self.parts_per_tick {
             self.counts.dominant_parts += parts;
             self.counts.ticks += 1;
@@ -215,6 +207,12 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         if now > self.tick_due {
             self.counts.longest_delay = self.counts.longest_delay.max(now - self.tick_due);
         }
+    }
+
+    /// When the step interrupt under way writes directions and outputs: at its end.
+    #[inline]
+    fn written(&self) -> Cycle {
+        self.now + u64::from(self.takes)
     }
 
     /// Whether the next step interrupt comes later than its tick is due.
@@ -362,31 +360,33 @@ impl<O: Observer, const MOTORS: usize> StepPort for SimBoard<O, MOTORS> {
     fn set_direction(&mut self, negative: MotorMask) {
         self.direction = negative;
         if self.pulse_due == Cycle::NEVER {
-            self.write_direction(self.written);
+            self.write_direction(self.written());
         }
     }
 
     #[inline]
     fn set_power(&mut self, power: Power) {
-        self.put_power(self.power_written, power);
+        self.put_power(self.now + u64::from(self.costs.power_edge), power);
     }
 
     #[inline]
     fn change_outputs(&mut self, change: OutputChange) {
         if !change.is_none() {
             self.outputs.change(change);
-            self.show_outputs(self.written);
+            self.show_outputs(self.written());
         }
     }
 
     #[inline]
     fn arm(&mut self, wait: Ticks) -> bool {
         self.tick_due = self.tick_due + u64::from(wait.0) * CYCLES_PER_COUNT;
-        let late = self.tick_due < self.armed;
+        // The latest instant at which this interrupt arms the next tick.
+        let armed = self.now + u64::from(self.costs.step_armed.max(self.takes));
+        let late = self.tick_due < armed;
         self.step_due = self.tick_due;
         if late {
-            self.step_due = self.armed;
-            self.note_late(self.armed, LateReason::TickPassed);
+            self.step_due = armed;
+            self.note_late(armed, LateReason::TickPassed);
         }
         late
     }
@@ -394,7 +394,7 @@ impl<O: Observer, const MOTORS: usize> StepPort for SimBoard<O, MOTORS> {
     fn rest(&mut self) {
         self.step_due = Cycle::NEVER;
         self.last_rest = self.now;
-        self.observer.running(self.written, false);
+        self.observer.running(self.written(), false);
     }
 }
 

@@ -111,10 +111,9 @@ impl Cpu {
     pub fn charge_ticks(&mut self, [first, last]: [Cycle; 2], count: u32, cycles: u32) {
         self.tick_until = last + u64::from(cycles);
         self.timer_until = self.tick_until;
-        let mut left = u64::from(count);
-        let every = ((last - first) / (left - 1).max(1)).max(1);
-        let mut next = first;
-        while left > 0 {
+        let (mut left, mut next) = (u64::from(count), first);
+        while last >= self.slot_end && left > 0 {
+            let every = ((last - first) / u64::from(count - 1).max(1)).max(1);
             if next >= self.slot_end {
                 self.roll(next);
             }
@@ -123,6 +122,7 @@ impl Cpu {
             next = next + in_slot * every;
             left -= in_slot;
         }
+        self.pending += left * u64::from(cycles);
     }
 
     /// Charges the end of a pulse that begins at `start`.

@@ -143,7 +143,7 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         let every = longest + CYCLES_PER_COUNT;
         let calls = u64::from(quiet - 1).min((horizon - due) / every) as u32 + 1;
         self.ticks_left -= calls as u16;
-        let waits = self.interrupt.pass(calls);
+        let waits = self.interrupt.pass(calls, &self.segments);
         board.pass_ticks(calls, waits);
         let last = due + u64::from(waits[0].0) * CYCLES_PER_COUNT;
         cpu.charge_ticks([due, last], calls, self.costs.step);

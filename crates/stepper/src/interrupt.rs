@@ -60,12 +60,12 @@ impl<const MOTORS: usize> StepInterrupt<MOTORS> {
     /// Does the work of `calls` of the [`StepInterrupt::quiet_calls`]: of one at least, and of few
     /// enough that their waits add up to less than 2³² counts. Arms no timer. Returns the time from
     /// the first of these calls to the last one, and the wait that the last one asks for.
-    pub fn pass(&mut self, calls: u32) -> [Ticks; 2] {
+    pub fn pass(&mut self, calls: u32, segments: &Consumer<'_, Segment<MOTORS>>) -> [Ticks; 2] {
         let to_last = self.stepper.pass(calls.saturating_sub(1));
-        self.due = self
-            .stepper
-            .take_tick(self.power)
-            .unwrap_or(MotorMask::NONE);
+        let step = self.stepper.take_tick(self.power);
+        self.due = step.unwrap_or(MotorMask::NONE);
+        let next = || segments.peek().map(|next| next.power);
+        self.power = self.stepper.next_power(next);
         [to_last, self.stepper.wait()]
     }
 }

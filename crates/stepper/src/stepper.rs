@@ -133,13 +133,12 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
     }
 
     /// How many of the next ticks of the segment leave the power alone and step no motor, except
-    /// that the last of them may step one. The last tick of the segment is not counted, because the
-    /// power may change after it.
+    /// that the last of them may step one. After the segment's last tick the power may be another.
     pub(crate) fn quiet_ticks(&self) -> u32 {
         if self.power_change != PowerChange::ZERO {
             return 0;
         }
-        let in_segment = u32::try_from(self.ticks_left.wrapping_sub(1)).unwrap_or(0);
+        let in_segment = u32::try_from(self.ticks_left).unwrap_or(0);
         let motors = self.left.iter().zip(&self.increment);
         motors.fold(in_segment, |least, (left, increment)| {
             let is_due = left >> SIGN & 1 == 1;
