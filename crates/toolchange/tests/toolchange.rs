@@ -398,6 +398,30 @@ fn a_door_or_a_hold_in_between_starts_no_spindle() {
 }
 
 #[test]
+fn a_laser_is_dark_from_the_message_until_the_tool_is_back() {
+    for mode in ["M3", "M4"] {
+        let mut memory = Memory::new();
+        let mut session = boot(&mut memory);
+        session.send(format!("$32=1\n{mode}S500\nG1X1F600\nT1M6\nG1X2\n"));
+        session.until(|session| session.pins.spindle != SpindleOutput::Off);
+        until_asked(&mut session);
+        let dark_until = |session: &mut Desk, line: &str, there: [i32; 3]| {
+            session.send(line);
+            session.until(|session| {
+                assert_eq!(session.pins.power, Power::OFF, "{mode} {line:?}");
+                session.pins.position == there
+            });
+        };
+        dark_until(&mut session, "$J=G91X5F600\n", [mm(6), 0, 0]);
+        session.until_quiet();
+        dark_until(&mut session, "~", [mm(1), 0, 0]);
+        session.until(|session| session.pins.power != Power::OFF);
+        session.until_quiet();
+        assert_eq!(session.pins.position[0], mm(2));
+    }
+}
+
+#[test]
 fn m6_stands_alone_and_without_the_extension_all_of_it_is_refused_as_grbl_does() {
     let mut memory = Memory::new();
     let mut session = boot(&mut memory);

@@ -98,7 +98,7 @@ where
         self.move_spindle_axis(Step::PullOut);
     }
 
-    fn suspend_outputs<B: Board>(&mut self, board: &mut B) {
+    pub(crate) fn suspend_outputs<B: Board>(&mut self, board: &mut B) {
         self.tool.spindle.suspend();
         self.update_power();
         self.tool.coolant.suspend(board);

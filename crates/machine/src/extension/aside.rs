@@ -109,10 +109,7 @@ where
             return; // the extension raised an alarm, which ended its line
         }
         let _answered_later = self.activity.line.finish();
-        self.tool.spindle.suspend();
-        self.update_power();
-        self.tool.coolant.suspend(board);
-        self.console.cadence.overrides_changed();
+        self.suspend_outputs(board);
         self.tell_extension(Event::SetAside);
         self.enter(State::Idle);
     }
@@ -130,7 +127,9 @@ where
         self.program.interpreter.restore_modes(&modal);
         self.program.work_offset = *self.program.interpreter.work_offset();
         self.console.cadence.work_offset_changed();
-        self.restore_spindle();
+        if !self.tool.spindle.is_laser() {
+            self.restore_spindle();
+        }
         self.tool.coolant.restore(board);
         self.tell_extension(Event::TakesBack);
         let commands = self.activity.line.commands();
@@ -148,6 +147,8 @@ where
             return None;
         }
         let aside = self.activity.aside.take()?;
+        self.restore_spindle();
+        self.set_gate();
         self.activity.kept = aside.lines();
         (aside.phase == Phase::Waiting).then_some(aside.origin)
     }

@@ -14,7 +14,7 @@ pub struct Spindle {
     wanted: Wanted,
     /// Override, percent.
     percent: u8,
-    /// Kept off by the door or 0x9E, whatever is wanted. A laser's gate does not depend on this.
+    /// Kept off by the door, 0x9E or a tool change, whatever is wanted.
     suspended: bool,
     /// `Some` while it stands until the next move or spindle command: the speed that reports show
     /// meanwhile, RPM.
@@ -81,7 +81,7 @@ impl Spindle {
 
     /// Whether the laser's gate is to be shut.
     pub fn is_shut(&self, state: State) -> bool {
-        self.laser && !may_burn(state)
+        self.laser && (self.suspended || !may_burn(state))
     }
 
     /// The direction to put out.
