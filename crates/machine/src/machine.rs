@@ -64,7 +64,8 @@ pub struct Next {
     /// At this instant at the latest; `None`: at the next byte, switch edge or step interrupt that
     /// takes a segment.
     pub when: Option<Instant>,
-    /// `when` is nothing but the extension's regular work: no line and no activity waits for it.
+    /// `when` is nothing but the extension's regular work: no activity waits for it, only perhaps a
+    /// line ([`Machine::line_goes_on`]).
     pub is_chore: bool,
 }
 
@@ -258,6 +259,11 @@ where
             && self.console.is_quiet()
     }
 
+    /// Whether a line is under way that waits neither for the operator nor for a reset.
+    pub fn line_goes_on(&self) -> bool {
+        self.activity.line.is_busy() && self.state.takes_lines()
+    }
+
     /// Bytes of output that were lost since power-up because a line's other end had stopped
     /// reading.
     pub fn lost_output(&self) -> u32 {
@@ -329,7 +335,7 @@ where
             };
         }
         let mut next = self.deadline(hunger);
-        let is_chore = X::IN_USE && next.is_none() && !self.activity.line.is_busy();
+        let is_chore = X::IN_USE && next.is_none();
         if X::IN_USE {
             next = earlier(next, extension);
         }

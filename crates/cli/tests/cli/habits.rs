@@ -127,6 +127,22 @@ fn pauses_of_the_program_are_told() {
 }
 
 #[test]
+fn a_machine_with_heaters_pauses_and_stops_as_others_do() {
+    let folder = Folder::new();
+    let words = "[bounds]\nhard = true\n[axes.x]\nlimits = { low = -5 }\n[heaters.nozzle]\nsensor = \"ad595\"\n";
+    let machine = folder.file("hot.toml", words);
+    let run = |job: &str| {
+        let job = folder.file("job.nc", job);
+        output(start(&["run", &job, "--machine", &machine], Stdio::null()))
+    };
+    let done = run("M0\nG0 X1\n");
+    assert_eq!(done.status.code(), Some(0), "{}", stderr(&done));
+    assert!(stdout(&done).contains("line 1"), "{}", stdout(&done));
+    let stopped = run("G0 X-9\nG4 P0\n");
+    assert!(stderr(&stopped).contains("ALARM:1"), "{}", stderr(&stopped));
+}
+
+#[test]
 fn one_cause_is_told_once() {
     let folder = Folder::new();
     let lines: String = (0..300).map(|k| format!("G0X{}\n", 1 + k % 7)).collect();

@@ -416,7 +416,7 @@ where
         let soonest = self.now + cycles_of_micros(1);
         let deadline = next.when.map(Cycle::from_instant);
         self.deadline = deadline.map_or(Cycle::NEVER, |deadline| deadline.max(soonest));
-        self.is_chore = next.is_chore;
+        self.is_chore = next.is_chore && !self.machine.line_goes_on();
         self.wake = if next.busy { self.now } else { Cycle::NEVER };
     }
 
