@@ -371,7 +371,9 @@ impl Complaints {
     }
 
     fn refused(&mut self, line: u64, code: u8, text: &[u8]) {
-        let fault = self.faults.borrow_mut().pop_front();
+        // Of two lines that are refused at one turn the machine tells one fault.
+        let is_its = |fault: &mut LineFault| fault.status.number() == code;
+        let fault = self.faults.borrow_mut().pop_front_if(is_its);
         let status = fault
             .map(|fault| fault.status)
             .or_else(|| Status::from_number(code))

@@ -191,6 +191,26 @@ fn a_refused_line_is_shown_as_it_stands_in_the_file() {
 }
 
 #[test]
+fn each_refused_line_has_its_own_fault() {
+    let folder = Folder::new();
+    let machine = folder.file(
+        "hot.toml",
+        "[axes.e]\n[heaters.nozzle]\nsensor = \"ad595\"\n",
+    );
+    let job = folder.file(
+        "job.nc",
+        "F600\nG99 G83 X8 Z-5 R2 Q1\nG0 E8\nG3 I-3 J0 F0\n",
+    );
+    let args = ["run", "--json", "--keep-going", &job, "--machine", &machine];
+    let json: serde_json::Value = serde_json::from_str(&stdout(&leadscrew(&args))).unwrap();
+    let errors = json["errors"].as_array().unwrap().iter();
+    let codes: Vec<_> = errors
+        .map(|error| [&error["line"], &error["code"]])
+        .collect();
+    assert_eq!(codes, [[3, 220], [4, 22]], "{json}");
+}
+
+#[test]
 fn a_page_of_the_job_is_written_and_tells_its_time() {
     let folder = Folder::new();
     let job = folder.file("job.nc", SQUARE);
