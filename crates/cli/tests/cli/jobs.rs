@@ -183,13 +183,15 @@ fn check_knows_the_settings_and_the_tools_of_extensions() {
 }
 
 #[test]
-fn check_goes_the_way_of_a_jog_and_knows_where_new_steps_per_mm_leave_it() {
+fn check_goes_the_way_of_a_jog_and_knows_what_a_new_setting_changes() {
     let folder = Folder::new();
     for (job, travel, cut) in [
         ("$J=X5F100\n", 5.0, 0.0),
         // At X2 the motor has made 500 steps: X1 with 500 of them to a millimetre.
         ("G0X2\nG4P0\n$100=500\nG1X3F600\n", 2.0, 2.0),
         ("$100=500\nG0X2\nG4P0\n$RST=$\nG1X3F600\n", 2.0, 1.0),
+        // A spindle's M3 is no order to a laser.
+        ("M3S500\n$32=1\nG1X3F600\n", 3.0, 0.0),
     ] {
         let job = folder.file("job.nc", job);
         for command in ["run", "check"] {

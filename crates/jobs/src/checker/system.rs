@@ -141,9 +141,13 @@ impl<const AXES: usize> Checker<AXES> {
             let done = value.and_then(|value| self.own.set(entry.number, value));
             return done.map_err(|status| refused(status.into()));
         }
-        let steps = self.steps();
+        let (steps, laser) = (self.steps(), self.settings.is_on(Setting::Laser));
         let Err(status) = self.settings.set(entry, TIMING.limits(self.motors)) else {
             self.stand_at(steps);
+            if self.settings.is_on(Setting::Laser) != laser {
+                // Another tool, which nobody has switched on.
+                self.interpreter.stop_spindle();
+            }
             return Ok(());
         };
         let words = || {
