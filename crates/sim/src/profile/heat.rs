@@ -248,6 +248,10 @@ impl Profile {
         if bed.is_some() && nozzle.is_none() {
             return Some(("heaters", "expected a nozzle beside a bed"));
         }
+        let is_shorted = |heater: &HeaterConfig| heater.limits.most >= heater.limits.hottest;
+        if self.heaters.configs().iter().any(is_shorted) {
+            return Some(("heaters", "expected `most` below `hottest`"));
+        }
         let is_axis = |letters: AxisLetters| {
             let letter = letters.only();
             letter.is_some_and(|letter| self.axis_of_letter(letter).is_some())

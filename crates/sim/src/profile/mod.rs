@@ -501,6 +501,7 @@ mod tests {
             ("\n[heaters.nozzle]\nsensor = \"ad\"", "router.toml:3: heaters.nozzle.sensor: unknown variant `ad`, expected one of `ad595`, `amplifier`, `thermistor`"),
             ("[heaters]\nextruder = \"a\"", "router.toml:1: heaters: expected the letter of one of its axes as `extruder`"),
             ("[heaters.nozzle]\nsensor = \"ad595\"\nmost = 1e9", "router.toml:3: heaters.nozzle.most: expected between -273 and 2000 degrees"),
+            ("[heaters.nozzle]\nsensor = \"ad595\"\nhottest = 270", "router.toml:1: heaters: expected `most` below `hottest`"),
             ("[heaters.nozzle]\nsensor = { amplifier = { offset_v = nan, gain_v_k = 0.01 } }", "router.toml:2: heaters.nozzle.sensor.amplifier.offset_v: expected between -100 and 100 V"),
             ("[tool_change]\nclearance_mm = -5", "router.toml:2: tool_change.clearance_mm: expected a length between 0 and 1e6 mm"),
             ("[axes.x]\nlimits = { low = 0, high = 9 }\n[axes.y]\nlimits = { low = 9, high = 0 }", "router.toml:3: axes.y: expected the low limit switch below the high one"),
