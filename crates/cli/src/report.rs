@@ -299,7 +299,7 @@ fn pauses(lines: &[u64]) -> String {
         ""
     };
     let (count, places) = (lines.len(), named.join(", "));
-    format!("{count} (M0, M1, M6), resumed at once: the time is without them; line {places}{more}")
+    format!("{count} (M0, M6), resumed at once: the time is without them; line {places}{more}")
 }
 
 fn row(f: &mut fmt::Formatter<'_>, name: &str, value: &str) -> fmt::Result {

@@ -138,7 +138,11 @@ impl Printer {
         }
         self.moves |= MOTION.contains(&command.to_string().as_str());
         let shown: Vec<String> = words.iter().map(Word::to_string).collect();
-        self.lines.push(shown.join(" "));
+        self.lines.push(match shown.join(" ") {
+            // A printer waits for its operator at both; a controller goes on at M1.
+            line if line == "M1" => "M0".to_owned(),
+            line => line,
+        });
         Ok(())
     }
 
@@ -323,6 +327,7 @@ mod tests {
             made("G4 P1500\nG4 S2\nM117 50% done!\nM400"),
             ["G4 P1.5", "G4 P2", "(50% done.)", "G4 P0"]
         );
+        assert_eq!(made("M0\nM1 ; look"), ["M0", "(look)", "M0"]);
     }
 
     #[test]

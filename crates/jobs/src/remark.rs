@@ -4,7 +4,7 @@
 /// The effects of a line besides its motion.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
 pub struct Done {
-    /// It paused for the operator (M0, M1).
+    /// It paused for the operator (M0, M6).
     pub paused: bool,
     /// It ended the program (M2, M30).
     pub ended: bool,
