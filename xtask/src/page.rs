@@ -5,11 +5,18 @@ use crate::{
     shell,
     toolchain::{self, Toolchain, BROWSER},
 };
-use std::{env, path::PathBuf, process::Command};
+use std::{
+    env, fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
 
 /// The simulator's package, and the profile for it in the workspace.
 const PACKAGE: &str = "leadscrew-wasm";
 const PROFILE: &str = "page";
+
+/// The most that a page may weigh, bytes.
+const MOST_BYTES: u64 = 1_500_000;
 
 /// Builds the simulator and writes the page. `files` are the page's name, and the machine file if
 /// there is one.
@@ -33,5 +40,18 @@ pub(crate) fn run(files: &[String]) -> Result<(), Failure> {
         .arg(module)
         .args(files.iter().map(|file| here.join(file)))
         .current_dir(toolchain::root());
-    shell::run(&mut write)
+    shell::run(&mut write)?;
+    files.first().map_or(Ok(()), |page| weigh(&here.join(page)))
+}
+
+/// Checks that the page is light.
+fn weigh(page: &Path) -> Result<(), Failure> {
+    let bytes = fs::metadata(page).map_err(Failure::file(page))?.len();
+    if bytes <= MOST_BYTES {
+        return Ok(());
+    }
+    Err(Failure::finding(format!(
+        "{}: {bytes} bytes, at most {MOST_BYTES} wanted",
+        page.display()
+    )))
 }
