@@ -136,6 +136,10 @@ impl Printer {
                 format!("{word} is not understood with {command}"),
             ));
         }
+        // Printers do not agree on a `G92` alone.
+        if rest.is_empty() && command.to_string() == "G92" {
+            return Err((column, "expected G92 with the places of axes".to_owned()));
+        }
         self.moves |= MOTION.contains(&command.to_string().as_str());
         let shown: Vec<String> = words.iter().map(Word::to_string).collect();
         self.lines.push(match shown.join(" ") {
@@ -397,13 +401,14 @@ mod tests {
 
     #[test]
     fn anything_else_is_a_fault_with_its_place() {
-        let text = "G29\nG1 X1 H2\n  M220 S90\nG1 X--1\n@pause\nT1\nM106 S1 M107";
+        let text = "G29\nG1 X1 H2\n  M220 S90\nG1 X--1\n@pause\nT1\nM106 S1 M107\n G92";
         let Faults(faults) = job(text, &Options::default()).unwrap_err();
         let places: Vec<_> = faults
             .iter()
             .map(|fault| (fault.line, fault.column))
             .collect();
         assert_eq!(places[..3], [(1, 1), (2, 7), (3, 3)]);
-        assert_eq!(faults.len(), 7);
+        assert_eq!(faults.len(), 8);
+        assert_eq!((faults[7].line, faults[7].column), (8, 2));
     }
 }
