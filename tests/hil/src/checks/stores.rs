@@ -14,16 +14,20 @@ const SETTLING_SECONDS: f64 = 0.02;
 /// How often each time is measured.
 const TIMES: u32 = 8;
 /// The bounds of the time, µs. The flash programs four words; the data sheet gives 16 µs a word as
-/// typical and 100 µs as the maximum (table 40). A turn of the main loop and a look at the line lie
-/// in between and may add to or subtract from the difference.
+/// typical and 100 µs as the maximum (table 40). A turn of the main loop lies in between and may add
+/// to or subtract from the difference.
 const LEAST_US: f64 = 30.0;
 const MOST_US: f64 = 500.0;
+
+/// A pause in which the lines behind it arrive. Otherwise the flash is busy while M9 is still on its
+/// way, and a part of its time does not show.
+const PAUSE: &str = "G4P0.01";
 
 /// The time from M8 to M9 with this line between them, µs.
 fn between(board: &mut Board<'_>, line: &str) -> Result<f64, Failure> {
     board.wait(SETTLING_SECONDS)?;
     board.capture(&[Signal::Flood])?;
-    board.stream(&format!("M8\n{line}\nM9\n"))?;
+    board.stream(&format!("{PAUSE}\nM8\n{line}\nM9\n"))?;
     match board.edges(Signal::Flood)?.pulses().as_slice() {
         [pulse] => Ok((pulse.fall - pulse.rise) as f64 / PER_US),
         other => fail(format!("{} pulses of flood coolant", other.len())),
