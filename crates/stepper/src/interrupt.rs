@@ -58,8 +58,9 @@ impl<const MOTORS: usize> StepInterrupt<MOTORS> {
     }
 
     /// Does the work of `calls` of the [`StepInterrupt::quiet_calls`]: of one at least, and of few
-    /// enough that their waits add up to less than 2³² counts. Arms no timer. Returns the time from
-    /// the first of these calls to the last one, and the wait that the last one asks for.
+    /// enough that their waits add up to less than 2³² counts. Arms no timer. The next one of
+    /// `segments` tells the power behind them. Returns the time from the first of these calls to the
+    /// last one, and the wait that the last one asks for.
     pub fn pass(&mut self, calls: u32, segments: &Consumer<'_, Segment<MOTORS>>) -> [Ticks; 2] {
         let to_last = self.stepper.pass(calls.saturating_sub(1));
         let step = self.stepper.take_tick(self.power);
