@@ -65,6 +65,10 @@ type Wrong = (usize, String);
 enum Fate {
     /// It stays, and may have words of these letters.
     Stays(&'static [Letter]),
+    /// It sets the places of axes, and names one at least: printers do not agree on it alone.
+    Places,
+    /// It waits for the operator. A controller goes on at M1.
+    Operator,
     /// A pause of `P` ms or `S` s.
     Pause,
     /// Homing.
@@ -104,7 +108,19 @@ impl Printer {
         })?;
         let behind = &text[start + code.len()..];
         match fate {
-            Fate::Stays(letters) => return self.stay(text, column, letters),
+            Fate::Stays(letters) => self.write(&understood(text, column, letters)?),
+            Fate::Places => {
+                let words =
+                    understood(text, column, &[Letter::X, Letter::Y, Letter::Z, Letter::E])?;
+                if words.len() == 1 {
+                    return Err((column, format!("expected {code} with the places of axes")));
+                }
+                self.write(&words);
+            }
+            Fate::Operator => {
+                understood(text, column, &[])?;
+                self.lines.push("M0".to_owned());
+            }
             Fate::Pause => return self.pause(text),
             Fate::Home => return self.home(behind, start + code.len()),
             Fate::Message => self.lines.push(comment(behind)),
@@ -120,34 +136,12 @@ impl Printer {
         Ok(())
     }
 
-    /// Writes the command again, without its line number, which only protects the line to a
-    /// printer.
-    fn stay(&mut self, text: &str, column: usize, letters: &[Letter]) -> Result<(), Wrong> {
-        let words = words(text)?;
-        let [command, rest @ ..] = words.as_slice() else {
-            return Err((
-                column,
-                "not understood; a command such as G1 X10 is".to_owned(),
-            ));
-        };
-        if let Some(word) = rest.iter().find(|word| !letters.contains(&word.letter())) {
-            return Err((
-                word.column() + 1,
-                format!("{word} is not understood with {command}"),
-            ));
-        }
-        // Printers do not agree on a `G92` alone.
-        if rest.is_empty() && command.to_string() == "G92" {
-            return Err((column, "expected G92 with the places of axes".to_owned()));
-        }
-        self.moves |= MOTION.contains(&command.to_string().as_str());
+    /// Writes a command again, without its line number, which only protects the line to a printer.
+    fn write(&mut self, words: &[Word]) {
         let shown: Vec<String> = words.iter().map(Word::to_string).collect();
-        self.lines.push(match shown.join(" ") {
-            // A printer waits for its operator at both; a controller goes on at M1.
-            line if line == "M1" => "M0".to_owned(),
-            line => line,
-        });
-        Ok(())
+        let command = shown.first().map(String::as_str);
+        self.moves |= command.is_some_and(|command| MOTION.contains(&command));
+        self.lines.push(shown.join(" "));
     }
 
     /// Writes a pause: `G4 P500` (ms) and `G4 S2` (s) both become `G4 P` in seconds.
@@ -263,6 +257,24 @@ fn words(text: &str) -> Result<Vec<Word>, Wrong> {
     Ok(words.filter(|word| word.letter() != Letter::N).collect())
 }
 
+/// The words of a command that may have words of these letters.
+fn understood(text: &str, column: usize, letters: &[Letter]) -> Result<Vec<Word>, Wrong> {
+    let words = words(text)?;
+    let [command, rest @ ..] = words.as_slice() else {
+        return Err((
+            column,
+            "not understood; a command such as G1 X10 is".to_owned(),
+        ));
+    };
+    if let Some(word) = rest.iter().find(|word| !letters.contains(&word.letter())) {
+        return Err((
+            word.column() + 1,
+            format!("{word} is not understood with {command}"),
+        ));
+    }
+    Ok(words)
+}
+
 /// A thousandth of a number; `None` if it cannot be represented exactly.
 fn thousandth(number: Number) -> Option<Number> {
     let nanos = number.nanos();
@@ -275,13 +287,14 @@ fn fate(code: &str) -> Option<Fate> {
     let fate = match code {
         "G0" | "G00" | "G1" | "G01" => Fate::Stays(&[X, Y, Z, E, F]),
         "G2" | "G02" | "G3" | "G03" => Fate::Stays(&[X, Y, Z, I, J, R, E, F]),
-        "G92" => Fate::Stays(&[X, Y, Z, E]),
+        "G92" => Fate::Places,
         "G17" | "G18" | "G19" | "G20" | "G21" | "G90" | "G91" | "M82" | "M83" => Fate::Stays(&[]),
         "M104" | "M109" | "M140" | "M190" => Fate::Stays(&[S, T]),
         "M105" | "M116" => Fate::Stays(&[]),
         "M106" => Fate::Stays(&[S, P]),
         "M107" => Fate::Stays(&[P]),
-        "M0" | "M1" | "M2" | "M30" => Fate::Stays(&[]),
+        "M0" | "M1" => Fate::Operator,
+        "M2" | "M30" => Fate::Stays(&[]),
         "G4" | "G04" => Fate::Pause,
         "G28" => Fate::Home,
         "M117" | "M118" => Fate::Message,
