@@ -7,8 +7,8 @@
 //!                                +--> at rest: beam()
 //! ```
 //!
-//! A switch that stops the machine shuts the gate, too, in its interrupt ([`crate::inputs`]), and it
-//! is shut while a tool change keeps the laser off.
+//! A switch that stops the machine shuts the gate, too, in its interrupt ([`crate::inputs`]). The gate
+//! is also shut while an M code is set aside (a tool change).
 
 use crate::board::SpindleOutput;
 use crate::state::{Door, Hold, Jog, State};

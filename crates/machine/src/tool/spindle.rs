@@ -14,7 +14,7 @@ pub struct Spindle {
     wanted: Wanted,
     /// Override, percent.
     percent: u8,
-    /// Kept off by the door, 0x9E or a tool change, whatever is wanted.
+    /// Kept off by the door, 0x9E or an M code that is set aside, whatever is wanted.
     suspended: bool,
     /// `Some` while it stands until the next move or spindle command: the speed that reports show
     /// meanwhile, RPM.
