@@ -8,4 +8,5 @@ mod machine;
 mod outputs;
 mod program;
 mod refusals;
+mod schema;
 mod serving;
