@@ -7,8 +7,8 @@
 //!                                +--> at rest: beam()
 //! ```
 //!
-//! A switch that stops the machine shuts the gate, too, in its interrupt ([`crate::inputs`]). The gate
-//! is also shut while an M code is set aside (a tool change).
+//! A switch that stops the machine shuts the gate, too, in its interrupt ([`crate::inputs`]). The
+//! gate is also shut while an M code is set aside (a tool change).
 
 use crate::board::SpindleOutput;
 use crate::state::{Door, Hold, Jog, State};
