@@ -210,7 +210,6 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
     }
 
     /// When the step interrupt under way writes directions and outputs: at its end.
-    #[inline]
     fn written(&self) -> Cycle {
         self.now + u64::from(self.takes)
     }
