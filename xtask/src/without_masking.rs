@@ -8,7 +8,6 @@
 //! copy of the package that lacks the two lines of [`MODULE`]. The copy is made under `target/`
 //! from cargo's own download. Cargo's `paths` key puts it in place of the original, and
 //! `Cargo.lock` stays as it is.
-//! its `paths` key, and `Cargo.lock` stays as it is.
 use crate::{failure::Failure, shell, toolchain};
 use serde_json::Value;
 use std::{

@@ -192,22 +192,17 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         turns
     }
 
-    /// Makes the motors other than the dominant one step as early as `segment` asks. Where that is
-    /// earlier than before, a motor may be due already: it then steps at the next tick. In a part
-    /// of a step event only the motors of that part advance.
+    /// Makes the motors other than the dominant one step as early as `early` says, which is whole.
+    /// Where that is earlier than before, a motor may be due already: it then steps at the next
+    /// tick.
     #[cold]
     #[inline(never)]
-    fn change_early(&mut self, segment: &Segment<MOTORS>) {
+    fn change_early(&mut self, early: Early) {
         let events = self.full >> MAX_SMOOTHING_LEVEL;
-        let early = segment.early.in_whole_events();
-        let motors = self.left.iter_mut().zip(&mut self.increment);
-        for (motor, ((left, increment), steps)) in motors.zip(self.steps).enumerate() {
+        for (left, steps) in self.left.iter_mut().zip(self.steps) {
             if steps != events {
                 let later = self.early.of(steps).wrapping_sub(early.of(steps));
                 *left = left.wrapping_add(later);
-            }
-            if segment.early.is_of_a_part() && !segment.motors.contains(motor) {
-                *increment = 0;
             }
         }
         self.early = early;
@@ -218,10 +213,18 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
     #[inline]
     pub(crate) fn load(&mut self, segment: &Segment<MOTORS>) -> MotorMask {
         let shift = MAX_SMOOTHING_LEVEL - segment.smoothing.level();
-        self.increment = self.steps.map(|steps| steps << shift);
+        let mut increment = self.steps.map(|steps| steps << shift);
+        // A part of a step event differs from what is whole, so that most segments ask once.
         if segment.early != self.early {
-            self.change_early(segment);
+            let early = segment.early.in_whole_events();
+            if early != self.early {
+                self.change_early(early);
+            }
+            if segment.early.is_of_a_part() {
+                keep_only(segment.motors, &mut increment);
+            }
         }
+        self.increment = increment;
         self.ticks_left = i32::from(segment.ticks.get()) - 1;
         self.interval = segment.interval.to_bits();
         self.interval_change = segment.interval_change;
@@ -297,6 +300,16 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
             step = step << 1 | steps;
         }
         MotorMask::from_bits(step as u8)
+    }
+}
+
+/// In a part of a step event only the motors of that part advance.
+#[inline]
+fn keep_only<const MOTORS: usize>(motors: MotorMask, increment: &mut [u32; MOTORS]) {
+    for (motor, increment) in increment.iter_mut().enumerate() {
+        if !motors.contains(motor) {
+            *increment = 0;
+        }
     }
 }
 

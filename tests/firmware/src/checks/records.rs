@@ -24,7 +24,7 @@ const DRIVEN_US: f64 = 50.0;
 const DRIVEN_LONGEST_US: f64 = 150.0;
 /// The most that a tick which loads a segment may take, cycles: what `profile/recorded.rs` of the
 /// board says of a line.
-const LOADING: u64 = 588;
+const LOADING: u64 = 554;
 /// The same with four motors.
 const LOADING_FOUR: u64 = 722;
 /// How much more a tick may take than with pins that are compiled in.
