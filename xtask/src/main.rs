@@ -31,7 +31,8 @@ const USAGE: &str = "usage: cargo xtask COMMAND
                        --highest-rate, --rates, --planted; qemu: in QEMU instead
     hil --flash | --port NAME | --emulated | --planted | --wires
                        the self-test of a board that measures its own edges (docs/hil.md); --baud RATE, --report FILE
-    thumb              build libraries and firmware for the microcontroller; check what is in them
+    thumb [FILE...]    build libraries and firmware for the microcontroller; check what is in them, or in FILEs in place of
+                       that firmware
     targets            check the libraries for other processors
     boards             build the boards in examples/boards; run the one that QEMU emulates
     bench COMMAND...   count x86-64 instructions per line; COMMAND says {lines} for their number
@@ -60,7 +61,7 @@ fn main() -> ExitCode {
         ["release", ..] => release::run(&arguments[1..]),
         ["senders", ..] => senders::run_all(&arguments[1..]),
         ["targets"] => targets::run(),
-        ["thumb"] => thumb::run(),
+        ["thumb", ..] => thumb::run(&arguments[1..]),
         _ => {
             eprintln!("{USAGE}");
             return ExitCode::from(2);

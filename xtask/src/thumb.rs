@@ -1,5 +1,6 @@
 //! `cargo xtask thumb`: builds the libraries and the firmware for the microcontroller, and checks
-//! that forbidden things are not in them.
+//! that forbidden things are not in them. `cargo xtask thumb FILE...` checks these firmwares, which
+//! somebody has built, in place of its own.
 //!
 //! | what | where | why |
 //! |---|---|---|
@@ -49,11 +50,17 @@ const BEFORE_INTERRUPTS: [&str; 2] = ["__pre_init", "main"];
 /// The first address of the flash, where the core has to wait; the step interrupts are in SRAM.
 const FLASH: u64 = 0x0800_0000;
 
-/// Builds everything and checks it.
-pub(crate) fn run() -> Result<(), Failure> {
+/// Builds the libraries and checks them, and checks the firmware in `files`; where there are none,
+/// it builds firmware, too.
+pub(crate) fn run(files: &[String]) -> Result<(), Failure> {
     let toolchain = Toolchain::find()?;
     let mut findings = check_libraries(&toolchain)?;
-    for build in BUILDS {
+    for file in files {
+        println!("thumb: {file}");
+        findings.extend(check_firmware(Path::new(file))?);
+    }
+    let builds: &[&[(&str, &str)]] = if files.is_empty() { &BUILDS } else { &[] };
+    for build in builds {
         let names: Vec<&str> = build.iter().map(|(_, name)| *name).collect();
         println!("thumb: {}", names.join(", "));
         let elf = fw::build_with(&toolchain, &[], build)?;
