@@ -6,11 +6,13 @@
 //!     o--             --o
 //!   P(s−h)             P(s+h)
 //!
-//!   k = (P(s+h) − 2·P(s) + P(s−h)) / (|P(s+h) − P(s)|·|P(s) − P(s−h)|)
+//!   k = (P(s+h) − 2·P(s) + P(s−h)) / (|P(s+h) − P(s)|·|P(s) − P(s−h)| + i(s+h) + i(s−h))
 //! ```
 //!
 //! The curvature `k` at a place `s` of the path, measured over the length `h` to both sides, is the
-//! second difference divided by the lengths of both chords.
+//! second difference divided by the lengths of both chords. The ends of pieces lie on the curve that
+//! was meant. A point `d` behind the start of a piece of the length `l` lies inside that curve, by
+//! `k·i` with `i = d·(l − d)/2`.
 //!
 //! Coordinates are rounded to a few decimals, each by up to `e`. That makes an error of `4·e/h²` in
 //! `k`. So `h` begins as the length of the shorter of the two pieces, and grows until
@@ -56,6 +58,10 @@ const STILL_NEAR_ENOUGH: f32 = 1.4;
 const TOO_LONG: f32 = 0.5;
 const SHORTER: f32 = 0.75;
 
+/// The chords of a curve are no longer than the shorter of the two pieces that meet, by this factor.
+/// With 2, a line beside a curve is taken for one of them more often.
+const ONE_CURVE: f32 = 1.5;
+
 /// The greatest length, in lengths of the shorter of the two pieces.
 const LONGEST: f32 = 32.0;
 
@@ -84,6 +90,8 @@ struct Meeting {
     lengths: [f32; 2],
     /// The shorter of these.
     shorter: f32,
+    /// The longest piece that is taken for a chord of the curve.
+    chord: f32,
     /// 1/(highest squared speed) of the slower piece, s²/mm².
     per_top_v2: f32,
     rounding: f32,
@@ -103,7 +111,7 @@ impl<const AXES: usize> Window<AXES> {
         let wanted = min(max(probe.wanted, meeting.shorter), meeting.longest());
         let room = min(self.room_ahead(number), self.room_behind(number));
         let reach = min(wanted, room);
-        let bend = self.curvature(number, reach, limits, &mut probe.pieces);
+        let bend = self.curvature(number, reach, meeting.chord, limits, &mut probe.pieces);
         let reference = meeting.reference(&bend);
         let longer2 = meeting.error(&bend, reach, limits);
         let is_shortest = reach <= meeting.shorter;
@@ -150,7 +158,7 @@ impl<const AXES: usize> Window<AXES> {
                 return None;
             }
             let reach = min(length, room);
-            let curved = self.curvature(number, reach, limits, &mut probe.pieces);
+            let curved = self.curvature(number, reach, meeting.chord, limits, &mut probe.pieces);
             let bend = range.nearest(&curved);
             let longer2 = meeting.error(&bend, reach, limits);
             let is_cut_short = reach < length;
@@ -171,9 +179,11 @@ impl<const AXES: usize> Window<AXES> {
     /// How the piece meets the one before it.
     fn meeting(&self, number: u32) -> Meeting {
         let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
+        let shorter = max(min(before.length, after.length), f32::MIN_POSITIVE);
         Meeting {
             lengths: [before.length, after.length],
-            shorter: max(min(before.length, after.length), f32::MIN_POSITIVE),
+            shorter,
+            chord: ONE_CURVE * shorter,
             per_top_v2: max(before.piece.per_top_v2, after.piece.per_top_v2),
             rounding: max(before.piece.rounding, after.piece.rounding),
         }
@@ -186,11 +196,12 @@ impl<const AXES: usize> Window<AXES> {
         &self,
         number: u32,
         length: f32,
+        chord: f32,
         limits: &Limits<AXES>,
         pieces: &mut [u32; 2],
     ) -> [f32; AXES] {
-        let (mut bend, product2) = self.aside(number, length, pieces);
-        let per_length2 = 1.0 / sqrt(product2);
+        let (mut bend, area) = self.aside(number, length, chord, pieces);
+        let per_length2 = 1.0 / area;
         for (bend, per_acceleration) in bend.iter_mut().zip(&limits.per_acceleration) {
             // Anything less may be rounding: the path is straight.
             *bend = if bend.abs() > FINEST {
@@ -223,7 +234,7 @@ impl<const AXES: usize> Window<AXES> {
             return true;
         }
         let shorter = max(0.5 * reach, meeting.shorter);
-        let closer = self.curvature(number, shorter, limits, &mut [0; 2]);
+        let closer = self.curvature(number, shorter, meeting.chord, limits, &mut [0; 2]);
         let off = OFF * meeting.rounding / (shorter * shorter);
         let mut axes = closer.iter().zip(bend).zip(&limits.per_acceleration);
         let is_same = axes.all(|((closer, bend), per_acceleration)| {

@@ -181,7 +181,7 @@ impl<const AXES: usize> Window<AXES> {
         }
         if self.chords.has(next) {
             let shorter = min(self.placed(number).length, self.placed(next).length);
-            let bend = self.curvature(next, shorter, limits, &mut [0; 2]);
+            let bend = self.curvature(next, shorter, 0.0, limits, &mut [0; 2]);
             v2 = min(v2, cap(&bend));
         }
         Some(v2)
@@ -217,7 +217,7 @@ impl<const AXES: usize> Window<AXES> {
     #[inline(never)] // few pieces are bent
     fn bent_curve(&self, number: u32, limits: &Limits<AXES>) -> [f32; AXES] {
         let (shorter, _) = self.lengths(number);
-        self.curvature(number, min(shorter, FARTHEST), limits, &mut [0; 2])
+        self.curvature(number, min(shorter, FARTHEST), 0.0, limits, &mut [0; 2])
     }
 
     /// The lengths of the two pieces that meet at the start of a piece, the shorter one first, mm.
@@ -257,7 +257,7 @@ impl<const AXES: usize> Window<AXES> {
         let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
         let shorter = min(min(before.length, after.length), FARTHEST);
         let pieces = &mut [0; 2];
-        let by_two = cap(&self.curvature(number, shorter, limits, pieces));
+        let by_two = cap(&self.curvature(number, shorter, 0.0, limits, pieces));
         if corner < by_two {
             return Some(corner);
         }
@@ -270,7 +270,7 @@ impl<const AXES: usize> Window<AXES> {
             min(self.way(first, number), self.way(number, last)),
             FARTHEST,
         );
-        let by_four = cap(&self.curvature(number, length, limits, pieces));
+        let by_four = cap(&self.curvature(number, length, 0.0, limits, pieces));
         // `corner` is at least `by_two` here. The longer measurement may not make a corner slower
         // than the shorter one does.
         Some(min(corner, max(by_two, by_four)))

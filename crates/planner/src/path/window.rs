@@ -59,6 +59,19 @@ pub(super) struct Placed<const AXES: usize> {
     since: u32,
 }
 
+impl<const AXES: usize> Placed<AXES> {
+    /// How far a point of this piece, `way` units behind its start, lies inside the curve that the
+    /// piece is a chord of, for a curvature of 2: square units. 0 if the piece is longer than `chord`
+    /// mm.
+    fn inside(&self, way: f32, chord: f32) -> f32 {
+        if self.length <= chord {
+            way * (self.length * PER_MM - way)
+        } else {
+            0.0
+        }
+    }
+}
+
 /// One bit for each piece: piece `n` has bit `n` modulo [`PIECES`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bits(u32);
@@ -307,8 +320,9 @@ impl<const AXES: usize> Window<AXES> {
     }
 
     /// Looks at two points of the path: `length` ahead of the start of a piece, and `length` back
-    /// from it. Returns the sum of the vectors from that start to both points, mm, and the product
-    /// of the squares of their lengths, mm⁴.
+    /// from it. Returns the sum of the vectors from that start to both points, mm, and the area by
+    /// which it is to be divided for the curvature, mm². Pieces up to the length `chord` are taken
+    /// for chords of a curve.
     ///
     /// The caller has checked that the path is that long to both sides. `pieces` tells how many
     /// pieces were passed the last time, ahead and back, where the search begins; it takes the new
@@ -317,6 +331,7 @@ impl<const AXES: usize> Window<AXES> {
         &self,
         number: u32,
         length: f32,
+        chord: f32,
         pieces: &mut [u32; 2],
     ) -> ([f32; AXES], f32) {
         let away = (length * PER_MM) as u32;
@@ -328,24 +343,25 @@ impl<const AXES: usize> Window<AXES> {
         *ahead = find(*ahead, self.from(number) - 1, |pieces| {
             passed(pieces) <= away
         });
-        let rest_ahead = (away - passed(*ahead)) as f32 * MM;
+        let rest_ahead = (away - passed(*ahead)) as f32;
         let passed = |pieces| from.since.wrapping_sub(back(pieces).since);
         *behind = find(*behind, self.before(number) - 1, |pieces| {
             passed(pieces) <= away
         });
-        let rest_behind = (away - passed(*behind)) as f32 * MM;
-        let (last, first, course) = (on(*ahead), back(*behind), &back(*behind + 1).course);
+        let rest_behind = (away - passed(*behind)) as f32;
+        let (last, first, around) = (on(*ahead), back(*behind), back(*behind + 1));
+        let inside = last.inside(rest_ahead, chord) + around.inside(rest_behind, chord);
         let (mut aside, mut ahead2, mut behind2) = ([0.0; AXES], 0.0, 0.0);
         for (axis, aside) in aside.iter_mut().enumerate() {
             let from = from.start[axis];
-            let way = |to: i32| to.wrapping_sub(from) as f32 * MM;
+            let way = |to: i32| to.wrapping_sub(from) as f32;
             let ahead = way(last.start[axis]) + last.course[axis] * rest_ahead;
-            let behind = way(first.start[axis]) - course[axis] * rest_behind;
-            *aside = ahead + behind;
+            let behind = way(first.start[axis]) - around.course[axis] * rest_behind;
+            *aside = (ahead + behind) * MM;
             ahead2 += ahead * ahead;
             behind2 += behind * behind;
         }
-        (aside, ahead2 * behind2)
+        (aside, (sqrt(ahead2 * behind2) + 0.5 * inside) * (MM * MM))
     }
 }
 
