@@ -304,7 +304,6 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
 }
 
 /// In a part of a step event only the motors of that part advance.
-#[inline]
 fn keep_only<const MOTORS: usize>(motors: MotorMask, increment: &mut [u32; MOTORS]) {
     for (motor, increment) in increment.iter_mut().enumerate() {
         if !motors.contains(motor) {

@@ -90,7 +90,7 @@ struct Meeting {
     lengths: [f32; 2],
     /// The shorter of these.
     shorter: f32,
-    /// The longest piece that is taken for a chord of the curve.
+    /// The length up to which a piece is taken for a chord of the curve.
     chord: f32,
     /// 1/(highest squared speed) of the slower piece, s²/mm².
     per_top_v2: f32,
@@ -190,8 +190,8 @@ impl<const AXES: usize> Window<AXES> {
     }
 
     /// The curvature measured over a length to both sides, divided by the acceleration of each
-    /// axis, s²/mm². It is exact on a circle. The caller has checked that the path is that long to
-    /// both sides.
+    /// axis, s²/mm². It is exact on a circle in pieces of the same length, none of them longer than
+    /// `chord`. The caller has checked that the path is that long to both sides.
     pub(super) fn curvature(
         &self,
         number: u32,

@@ -322,7 +322,7 @@ impl<const AXES: usize> Window<AXES> {
     /// Looks at two points of the path: `length` ahead of the start of a piece, and `length` back
     /// from it. Returns the sum of the vectors from that start to both points, mm, and the area by
     /// which it is to be divided for the curvature, mm². Pieces up to the length `chord` are taken
-    /// for chords of a curve.
+    /// for chords of a curve; with 0 none are.
     ///
     /// The caller has checked that the path is that long to both sides. `pieces` tells how many
     /// pieces were passed the last time, ahead and back, where the search begins; it takes the new
