@@ -78,10 +78,6 @@ pub(crate) fn configure(port: &PortConfig) {
     rtic::pend(PULSE_END_INTERRUPT);
 }
 
-/// From the reading of the count until the compare register has its new instant, at most: the
-/// instant may pass meanwhile. 0.4 µs; they are some 20 cycles.
-const SOON: u32 = 32;
-
 /// A tick counts as missed from this many counts after its instant: 100 µs. Nothing delays a tick
 /// by more than an instruction.
 const MISSED: u32 = 8_400;
@@ -155,6 +151,23 @@ fn end_pulse() {
     }
 }
 
+/// Makes a tick whose instant has passed come as soon as a pulse may begin. Returns the instant
+/// from which the schedule goes on.
+#[cold]
+#[inline(never)]
+fn make_up(now: u32) -> u32 {
+    end_pulse_if_over();
+    if !is_pulsing() {
+        make_tick_come();
+        return now;
+    }
+    // The tick before came late itself, and its pulse has only begun. This tick comes the least
+    // time between ticks after it.
+    let due = now.wrapping_add(PULSE.load(Relaxed) / 2 + APB1_TIMER_HZ / 1_000_000);
+    tick_timer().ccr1().write(|w| w.ccr().set(due));
+    due
+}
+
 /// Makes the armed tick come at once, whatever its instant is.
 fn make_tick_come() {
     tick_timer().egr().write(|w| w.cc1g().set_bit());
@@ -200,29 +213,6 @@ impl Port {
     /// The first wait counts from now on. At rest.
     pub(crate) fn begin(&mut self) {
         self.due = count();
-    }
-
-    /// Makes the armed tick come as soon as a pulse may begin, if its instant has passed: it will
-    /// not match any more. The schedule goes on from there: ticks that made up for it would be
-    /// closer than a pulse. Returns whether the tick was late.
-    #[cold]
-    #[inline(never)]
-    fn make_up_if_late(&mut self) -> bool {
-        let now = count();
-        if !has_come(self.due, now) {
-            return false;
-        }
-        end_pulse_if_over();
-        if is_pulsing() {
-            // The tick before came late itself, and its pulse has only begun. This tick comes the
-            // least time between ticks after it.
-            self.due = now.wrapping_add(PULSE.load(Relaxed) / 2 + APB1_TIMER_HZ / 1_000_000);
-            tick_timer().ccr1().write(|w| w.ccr().set(self.due));
-        } else {
-            self.due = now;
-            make_tick_come();
-        }
-        true
     }
 }
 
@@ -280,13 +270,22 @@ impl StepPort for Port {
     }
 
     #[inline]
-    fn arm(&mut self, wait: Ticks) -> bool {
-        let due = self.due.wrapping_add(wait.0);
-        self.due = due;
-        // The count is read first: behind the store, the read would wait for it, 9 cycles.
+    fn arm(&mut self, wait: Ticks) {
+        self.due = self.due.wrapping_add(wait.0);
+        tick_timer().ccr1().write(|w| w.ccr().set(self.due));
+    }
+
+    /// Some time after [`Self::arm`]: right behind its store, the read of the count would wait for
+    /// it, 9 cycles.
+    #[inline]
+    fn make_up(&mut self) -> bool {
         let now = count();
-        tick_timer().ccr1().write(|w| w.ccr().set(due));
-        has_come(due, now.wrapping_add(SOON)) && self.make_up_if_late()
+        if !has_come(self.due, now) {
+            return false;
+        }
+        // The schedule goes on from here: ticks that made up for it would be closer than a pulse.
+        self.due = make_up(now);
+        true
     }
 
     fn rest(&mut self) {

@@ -31,11 +31,13 @@ impl StepPort for Drawing {
     fn set_direction(&mut self, _negative: MotorMask) {}
     fn set_power(&mut self, _power: Power) {}
     fn change_outputs(&mut self, _outputs: OutputChange) {}
-    fn arm(&mut self, wait: Ticks) -> bool {
+    fn arm(&mut self, wait: Ticks) {
         let columns = wait.0.div_ceil(COUNTS_PER_MS);
         for row in &mut self.rows {
             row.extend((0..columns).map(|_| '_'));
         }
+    }
+    fn make_up(&mut self) -> bool {
         false
     }
     fn rest(&mut self) {

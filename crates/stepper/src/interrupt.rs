@@ -63,10 +63,9 @@ impl<const MOTORS: usize> StepInterrupt<MOTORS> {
     /// last one, and the wait that the last one asks for.
     pub fn pass(&mut self, calls: u32, segments: &Consumer<'_, Segment<MOTORS>>) -> [Ticks; 2] {
         let to_last = self.stepper.pass(calls.saturating_sub(1));
-        let step = self.stepper.take_tick(self.power);
-        self.due = step.unwrap_or(MotorMask::NONE);
-        let next = || segments.peek().map(|next| next.power);
-        self.power = self.stepper.next_power(next);
+        self.stepper.take_tick(self.power);
+        find_power(self, segments);
+        self.due = self.stepper.trace();
         [to_last, self.stepper.wait()]
     }
 }
@@ -91,16 +90,15 @@ pub fn on_timer<P: StepPort, const MOTORS: usize>(
     } else {
         make_steps(interrupt, shared, port);
     }
-    match interrupt.stepper.take_tick(interrupt.power) {
-        Some(step) => {
-            interrupt.due = step;
-            arm(Ticks(0), interrupt, segments, shared, port);
-            false
-        }
-        None => {
-            next_segment(interrupt, segments, shared, port);
-            true
-        }
+    if interrupt.stepper.take_tick(interrupt.power) {
+        find_power(interrupt, segments);
+        arm(Ticks(0), interrupt, port);
+        interrupt.due = interrupt.stepper.trace();
+        make_up(shared, port);
+        false
+    } else {
+        next_segment(interrupt, segments, shared, port);
+        true
     }
 }
 
@@ -175,21 +173,33 @@ fn put_out<P: StepPort, const MOTORS: usize>(power: Power, shared: &Shared<MOTOR
 }
 
 /// Arms the timer for the tick that was taken, at least `least` counts after the tick before it; if
-/// that makes it later, all following ticks are later by the same time. Looks up the power that
-/// begins with that tick.
+/// that makes it later, all following ticks are later by the same time. As early as its instant is
+/// known.
 #[inline(always)]
 fn arm<P: StepPort, const MOTORS: usize>(
     least: Ticks,
     interrupt: &mut StepInterrupt<MOTORS>,
-    segments: &Consumer<'_, Segment<MOTORS>>,
-    shared: &Shared<MOTORS>,
     port: &mut P,
+) {
+    port.arm(interrupt.stepper.wait().max(least));
+}
+
+/// Makes the tick that was armed come at once if its instant has passed meanwhile.
+#[inline(always)]
+fn make_up<P: StepPort, const MOTORS: usize>(shared: &Shared<MOTORS>, port: &mut P) {
+    if port.make_up() {
+        shared.count_late();
+    }
+}
+
+/// Finds the power that begins with the tick that was taken.
+#[inline(always)]
+fn find_power<const MOTORS: usize>(
+    interrupt: &mut StepInterrupt<MOTORS>,
+    segments: &Consumer<'_, Segment<MOTORS>>,
 ) {
     let next = || segments.peek().map(|next| next.power);
     interrupt.power = interrupt.stepper.next_power(next);
-    if port.arm(interrupt.stepper.wait().max(least)) {
-        shared.count_late();
-    }
 }
 
 /// Begins the next segment and asks for its first tick; comes to rest where there is none.
@@ -206,19 +216,22 @@ fn next_segment<P: StepPort, const MOTORS: usize>(
         Some(start) => begin(interrupt, start, segment.early, port),
         None => false,
     };
-    interrupt.due = interrupt.stepper.load(segment);
+    interrupt.stepper.load(segment);
+    let least = if turns {
+        shared.direction_wait()
+    } else {
+        Ticks(0)
+    };
+    arm(least, interrupt, port);
     if segment.power != interrupt.power {
         // The tick before this one looked for the next power when this segment was not there yet.
         put_out(segment.power, shared, port);
     }
     port.change_outputs(segment.outputs);
     segments.dequeue();
-    let least = if turns {
-        shared.direction_wait()
-    } else {
-        Ticks(0)
-    };
-    arm(least, interrupt, segments, shared, port);
+    interrupt.due = interrupt.stepper.trace();
+    find_power(interrupt, segments);
+    make_up(shared, port);
 }
 
 /// Begins a line. Returns whether a motor reverses: then the line's directions are put out.
@@ -271,6 +284,7 @@ fn stop<P: StepPort, const MOTORS: usize>(
         Some(_) => {
             port.set_power(Power::OFF);
             port.arm(DRAIN_INTERVAL);
+            port.make_up();
         }
         None => rest(Power::OFF, shared, port),
     }
@@ -325,9 +339,11 @@ mod tests {
             self.powers.push(power.level(PowerScale::new(100)));
         }
         fn change_outputs(&mut self, _: OutputChange) {}
-        fn arm(&mut self, wait: Ticks) -> bool {
+        fn arm(&mut self, wait: Ticks) {
             self.armed = Some(wait);
             self.waits.push(wait.0);
+        }
+        fn make_up(&mut self) -> bool {
             false
         }
         fn rest(&mut self) {
@@ -501,8 +517,10 @@ mod tests {
             }
             fn set_direction(&mut self, _: MotorMask) {}
             fn change_outputs(&mut self, _: OutputChange) {}
-            fn arm(&mut self, wait: Ticks) -> bool {
+            fn arm(&mut self, wait: Ticks) {
                 self.0.push(('a', wait.0));
+            }
+            fn make_up(&mut self) -> bool {
                 false
             }
             fn rest(&mut self) {}

@@ -5,7 +5,7 @@ use crate::{MotorMask, OutputChange, Power, Ticks};
 /// Pins and timer of the step interrupt. Implemented by the board and by the simulator.
 ///
 /// All methods are called from the step interrupt, in the order in which they stand here. Each
-/// interrupt calls those that have something to change, and ends with [`StepPort::arm`] or
+/// interrupt calls those that have something to change, and ends with [`StepPort::make_up`] or
 /// [`StepPort::rest`]. No method may wait or fail.
 pub trait StepPort {
     /// Raises the step pins of `motors` at once; `motors` is never empty and names only motors of
@@ -25,14 +25,18 @@ pub trait StepPort {
     /// sees the old direction for the whole of the last pulse.
     fn set_direction(&mut self, negative: MotorMask);
 
+    /// Asks for the next interrupt `wait` after the instant at which this one was *due*, so that
+    /// latency does not add up.
+    fn arm(&mut self, wait: Ticks);
+
     /// Changes the synchronised outputs. Outputs that `change` does not name stay as they are.
     /// Called where a segment begins, mostly with nothing to change.
     fn change_outputs(&mut self, change: OutputChange);
 
-    /// Asks for the next interrupt `wait` after the instant at which this one was *due*, so that
-    /// latency does not add up. Returns whether the new instant has passed already; the interrupt
-    /// then comes at once.
-    fn arm(&mut self, wait: Ticks) -> bool;
+    /// Makes the next interrupt come at once if the instant that [`StepPort::arm`] asked for has
+    /// passed without it, which a timer that compares for equality misses. Returns whether it has.
+    /// Called in each interrupt that has armed the next one.
+    fn make_up(&mut self) -> bool;
 
     /// Stops the timer: no interrupt comes until the main loop starts it again.
     fn rest(&mut self);

@@ -42,8 +42,10 @@ impl StepPort for Pins {
         self.edge(0, power);
     }
     fn change_outputs(&mut self, _: OutputChange) {}
-    fn arm(&mut self, wait: Ticks) -> bool {
+    fn arm(&mut self, wait: Ticks) {
         self.counts += u64::from(wait.0);
+    }
+    fn make_up(&mut self) -> bool {
         false
     }
     fn rest(&mut self) {

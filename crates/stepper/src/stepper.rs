@@ -98,38 +98,35 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
     pub fn tick(&mut self, next: impl FnOnce() -> Option<Segment<MOTORS>>) -> Progress {
         let mut outputs = OutputChange::NONE;
         let power = self.next_power(|| None);
-        let step = match self.take_tick(power) {
-            Some(step) => step,
-            None => match next() {
-                Some(segment) => {
-                    if let Some(line) = &segment.line {
-                        self.begin(line, segment.early);
-                    }
-                    outputs = segment.outputs;
-                    self.load(&segment)
-                }
-                None => return self.run_out().map_or(Progress::Underrun, Progress::Rest),
-            },
-        };
+        if !self.take_tick(power) {
+            let Some(segment) = next() else {
+                return self.run_out().map_or(Progress::Underrun, Progress::Rest);
+            };
+            if let Some(line) = &segment.line {
+                self.begin(line, segment.early);
+            }
+            outputs = segment.outputs;
+            self.load(&segment);
+        }
         Progress::Tick(Tick {
             wait: self.wait(),
-            step,
+            step: self.trace(),
             direction: self.direction,
             power: self.power,
             outputs,
         })
     }
 
-    /// Takes one more tick of the segment; `power` is the power up to this tick. Returns the motors
-    /// that step at it; `None` where no tick is left and another segment has to be loaded.
+    /// Takes one more tick of the segment; `power` is the power up to this tick. Returns whether
+    /// there was one: if not, another segment has to be loaded.
     #[inline]
-    pub(crate) fn take_tick(&mut self, power: Power) -> Option<MotorMask> {
+    pub(crate) fn take_tick(&mut self, power: Power) -> bool {
         self.ticks_left = self.ticks_left.wrapping_sub(1);
         if self.ticks_left < 0 {
-            return None;
+            return false;
         }
         self.power = power;
-        Some(self.trace())
+        true
     }
 
     /// How many of the next ticks of the segment leave the power alone and step no motor, except
@@ -209,9 +206,8 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
     }
 
     /// Begins a segment (its line, if it has one, has begun already) and takes its first tick.
-    /// Returns the motors that step at it.
     #[inline]
-    pub(crate) fn load(&mut self, segment: &Segment<MOTORS>) -> MotorMask {
+    pub(crate) fn load(&mut self, segment: &Segment<MOTORS>) {
         let shift = MAX_SMOOTHING_LEVEL - segment.smoothing.level();
         let mut increment = self.steps.map(|steps| steps << shift);
         // A part of a step event differs from what is whole, so that most segments ask once.
@@ -231,7 +227,6 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         self.power = segment.power;
         self.power_change = segment.power_change;
         self.at_rest = segment.at_rest;
-        self.trace()
     }
 
     /// Begins motion out of rest; the caller has put out `power`.
@@ -287,8 +282,9 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         self.power = Power::OFF;
     }
 
+    /// The motors that step at the tick that was taken. Called once for each tick.
     #[inline]
-    fn trace(&mut self) -> MotorMask {
+    pub(crate) fn trace(&mut self) -> MotorMask {
         let mut step = 0u32;
         // The last motor first: its bit is moved up as the bits of the others follow.
         for (left, increment) in self.left.iter_mut().zip(&self.increment).rev() {

@@ -115,8 +115,12 @@ where
         self.port.change_outputs(change);
     }
 
-    fn arm(&mut self, wait: Ticks) -> bool {
-        self.port.arm(wait)
+    fn arm(&mut self, wait: Ticks) {
+        self.port.arm(wait);
+    }
+
+    fn make_up(&mut self) -> bool {
+        self.port.make_up()
     }
 
     fn rest(&mut self) {

@@ -59,7 +59,8 @@ impl StepPort for Timer {
     fn set_power(&mut self, _: Power) {}
     fn set_direction(&mut self, _: MotorMask) {}
     fn change_outputs(&mut self, _: OutputChange) {}
-    fn arm(&mut self, _: Ticks) -> bool {
+    fn arm(&mut self, _: Ticks) {}
+    fn make_up(&mut self) -> bool {
         false
     }
     fn rest(&mut self) {

@@ -46,8 +46,10 @@ impl StepPort for Bench {
     fn set_direction(&mut self, _: MotorMask) {}
     fn set_power(&mut self, _: Power) {}
     fn change_outputs(&mut self, _: OutputChange) {}
-    fn arm(&mut self, wait: Ticks) -> bool {
+    fn arm(&mut self, wait: Ticks) {
         self.due = self.due.map(|due| due + u64::from(wait.0));
+    }
+    fn make_up(&mut self) -> bool {
         false
     }
     fn rest(&mut self) {

@@ -129,10 +129,12 @@ impl StepPort for Pins<'_> {
         }
         self.outputs.set(levels);
     }
-    fn arm(&mut self, wait: Ticks) -> bool {
+    fn arm(&mut self, wait: Ticks) {
         let due = self.due.expect("the timer runs") + u64::from(wait.0);
         self.due = Some(due);
-        due < self.now
+    }
+    fn make_up(&mut self) -> bool {
+        self.due.is_some_and(|due| due < self.now)
     }
     fn rest(&mut self) {
         self.due = None;

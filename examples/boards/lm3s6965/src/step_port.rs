@@ -106,11 +106,14 @@ impl StepPort for Port {
 
     fn set_power(&mut self, _: Power) {}
 
-    fn arm(&mut self, wait: Ticks) -> bool {
+    fn arm(&mut self, wait: Ticks) {
         self.due += u64::from(wait.0);
-        let now = clock::count();
-        TICK.ring_in(self.due.saturating_sub(now));
-        self.due < now
+        TICK.ring_in(self.due.saturating_sub(clock::count()));
+    }
+
+    fn make_up(&mut self) -> bool {
+        // A tick whose instant had passed rings at once.
+        self.due < clock::count()
     }
 
     fn rest(&mut self) {

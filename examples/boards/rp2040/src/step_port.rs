@@ -127,10 +127,13 @@ impl StepPort for Port {
 
     fn set_power(&mut self, _: Power) {}
 
-    fn arm(&mut self, wait: Ticks) -> bool {
+    fn arm(&mut self, wait: Ticks) {
         self.due = self.due.wrapping_add(wait.0);
         // SAFETY: any value is a valid instant.
         timer().alarm0().write(|w| unsafe { w.bits(self.due) });
+    }
+
+    fn make_up(&mut self) -> bool {
         // The alarm compares for equality: an instant that has passed would match only after 71
         // minutes.
         let late = count().wrapping_sub(self.due).cast_signed() >= 0;

@@ -133,9 +133,13 @@ impl StepPort for Port<'_> {
     }
 
     #[inline]
-    fn arm(&mut self, wait: Ticks) -> bool {
+    fn arm(&mut self, wait: Ticks) {
         let due = read!(self, compare_tick).wrapping_add(wait.0);
         write!(self, compare_tick, due);
+    }
+
+    fn make_up(&mut self) -> bool {
+        let due = read!(self, compare_tick);
         let late = read!(self, counter).wrapping_sub(due).cast_signed() >= 0;
         if late {
             write!(self, event, 2);
