@@ -46,8 +46,8 @@ fn a_board_said_to_be_faster_than_it_is_has_late_events() {
     let mut setup = setup::<3>(1);
     setup.machine = MachineConfig {
         step_timing: StepTiming {
-            // 1.8 µs for three motors: less than the time of a tick that loads a segment.
-            tick_ns: 1_200,
+            // 1.7 µs for three motors: less than the time of a tick that loads a segment.
+            tick_ns: 1_100,
             pulse_end_ns: 0,
             setup_ns: 0,
             ..StepTiming::F407
