@@ -277,7 +277,6 @@ impl StepPort for Port {
 
     /// Some time after [`Self::arm`]: right behind its store, the read of the count would wait for
     /// it, 9 cycles.
-    #[inline]
     fn make_up(&mut self) -> bool {
         let now = count();
         if !has_come(self.due, now) {

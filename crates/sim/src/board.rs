@@ -381,7 +381,6 @@ impl<O: Observer, const MOTORS: usize> StepPort for SimBoard<O, MOTORS> {
         self.tick_due = self.tick_due + u64::from(wait.0) * CYCLES_PER_COUNT;
     }
 
-    #[inline]
     fn make_up(&mut self) -> bool {
         // The latest instant at which this interrupt arms the next tick.
         let armed = self.now + u64::from(self.costs.step_armed.max(self.takes));

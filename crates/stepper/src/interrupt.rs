@@ -92,7 +92,7 @@ pub fn on_timer<P: StepPort, const MOTORS: usize>(
     }
     if interrupt.stepper.take_tick(interrupt.power) {
         find_power(interrupt, segments);
-        arm(Ticks(0), interrupt, port);
+        port.arm(interrupt.stepper.wait());
         interrupt.due = interrupt.stepper.trace();
         make_up(shared, port);
         false
@@ -119,7 +119,6 @@ pub fn start<P: StepPort, const MOTORS: usize>(
 }
 
 /// Makes the steps of a tick that is not restricted: the pins first, then the count.
-#[inline(always)] // a tick that loads a segment takes 173 instructions and not 177
 fn make_steps<P: StepPort, const MOTORS: usize>(
     interrupt: &StepInterrupt<MOTORS>,
     shared: &Shared<MOTORS>,
@@ -172,20 +171,7 @@ fn put_out<P: StepPort, const MOTORS: usize>(power: Power, shared: &Shared<MOTOR
     port.set_power(if off { Power::OFF } else { power });
 }
 
-/// Arms the timer for the tick that was taken, at least `least` counts after the tick before it; if
-/// that makes it later, all following ticks are later by the same time. As early as its instant is
-/// known.
-#[inline(always)]
-fn arm<P: StepPort, const MOTORS: usize>(
-    least: Ticks,
-    interrupt: &mut StepInterrupt<MOTORS>,
-    port: &mut P,
-) {
-    port.arm(interrupt.stepper.wait().max(least));
-}
-
 /// Makes the tick that was armed come at once if its instant has passed meanwhile.
-#[inline(always)]
 fn make_up<P: StepPort, const MOTORS: usize>(shared: &Shared<MOTORS>, port: &mut P) {
     if port.make_up() {
         shared.count_late();
@@ -193,7 +179,6 @@ fn make_up<P: StepPort, const MOTORS: usize>(shared: &Shared<MOTORS>, port: &mut
 }
 
 /// Finds the power that begins with the tick that was taken.
-#[inline(always)]
 fn find_power<const MOTORS: usize>(
     interrupt: &mut StepInterrupt<MOTORS>,
     segments: &Consumer<'_, Segment<MOTORS>>,
@@ -222,7 +207,8 @@ fn next_segment<P: StepPort, const MOTORS: usize>(
     } else {
         Ticks(0)
     };
-    arm(least, interrupt, port);
+    // Where that makes the tick later, all following ticks are later by the same time.
+    port.arm(interrupt.stepper.wait().max(least));
     if segment.power != interrupt.power {
         // The tick before this one looked for the next power when this segment was not there yet.
         put_out(segment.power, shared, port);
