@@ -31,8 +31,8 @@ const USAGE: &str = "usage: cargo xtask COMMAND
                        --highest-rate, --rates, --planted; qemu: in QEMU instead
     hil --flash | --port NAME | --emulated | --planted | --wires
                        the self-test of a board that measures its own edges (docs/hil.md); --baud RATE, --report FILE
-    thumb [FILE...]    build libraries and firmware for the microcontroller; check what is in them, or in FILEs in place of
-                       that firmware
+    thumb [FILE...]    build libraries and firmware for the microcontroller, and check what is in them; with FILEs, check
+                       the firmware in these files and build none
     targets            check the libraries for other processors
     boards             build the boards in examples/boards; run the one that QEMU emulates
     bench COMMAND...   count x86-64 instructions per line; COMMAND says {lines} for their number

@@ -44,8 +44,8 @@ impl StepTiming {
     /// emulated chip (`cargo fw-test --highest-rate`). The emulator's cycles are estimated to be
     /// right to within 15 %, and the main loop needs its share. A line: 477 cycles, 520 with four
     /// motors on three ports (`cargo fw-test record-interrupt`), rounded up. A motor: 20
-    /// instructions of 1.65 cycles each, rounded to 0.2 µs. A pulse's end: entry, and 25 instructions before the last pin is written. Set-up: 650 ns
-    /// (TI DRV8825, SLVSA73F).
+    /// instructions of 1.65 cycles each, rounded to 0.2 µs. A pulse's end: entry, and 25
+    /// instructions before the last pin is written. Set-up: 650 ns (TI DRV8825, SLVSA73F).
     pub const F407: Self = Self {
         tick_ns: 2_100,
         motor_ns: 200,

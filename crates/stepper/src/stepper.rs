@@ -210,7 +210,8 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
     pub(crate) fn load(&mut self, segment: &Segment<MOTORS>) {
         let shift = MAX_SMOOTHING_LEVEL - segment.smoothing.level();
         let mut increment = self.steps.map(|steps| steps << shift);
-        // A part of a step event differs from what is whole, so that most segments ask once.
+        // The earliness of a part of a step event differs from every whole one. So one comparison is
+        // enough for most segments.
         if segment.early != self.early {
             let early = segment.early.in_whole_events();
             if early != self.early {

@@ -22,8 +22,8 @@ use std::path::Path;
 const DRIVEN_US: f64 = 50.0;
 /// The same with as many settings in the record as it may have.
 const DRIVEN_LONGEST_US: f64 = 150.0;
-/// The most that a tick which loads a segment may take, cycles: what `profile/recorded.rs` of the
-/// board says of a line.
+/// The most that a tick which loads a segment may take, cycles: the time of a line in
+/// `StepTiming::F407_RECORD`.
 const LOADING: u64 = 554;
 /// The same with four motors.
 const LOADING_FOUR: u64 = 722;
