@@ -42,7 +42,7 @@ impl StepTiming {
     ///
     /// Tick: the rate is 26 % below 500 kHz, at which no tick of three motors was late in an
     /// emulated chip (`cargo fw-test --highest-rate`). The emulator's cycles are estimated to be
-    /// right to within 15 %, and the main loop needs its share. A line: 477 cycles, 520 with four
+    /// right to within 15 %, and the main loop needs its share. A line: 476 cycles, 519 with four
     /// motors on three ports (`cargo fw-test record-interrupt`), rounded up. A motor: 20
     /// instructions of 1.65 cycles each, rounded to 0.2 µs. A pulse's end: entry, and 25
     /// instructions before the last pin is written. Set-up: 650 ns (TI DRV8825, SLVSA73F).
@@ -57,7 +57,7 @@ impl StepTiming {
 
     /// The same with tables in place of pins that are compiled in: a board that its record describes.
     ///
-    /// A line: 524 cycles with the step pins on three ports. A pulse's end: 104 until the last of
+    /// A line: 523 cycles with the step pins on three ports. A pulse's end: 104 until the last of
     /// the directions on three ports is written (`cargo fw-test record-interrupt`). Both are rounded
     /// up.
     pub const F407_RECORD: Self = Self {
@@ -68,7 +68,7 @@ impl StepTiming {
 
     /// The same with four motors.
     ///
-    /// A line: 565 cycles with the step pins on three ports. A tick that is a little longer ends a
+    /// A line: 564 cycles with the step pins on three ports. A tick that is a little longer ends a
     /// pulse of 3 µs as well, which takes 130 cycles more. A pulse's end: 13 cycles more than with
     /// three motors (`cargo fw-test record-interrupt`). Both are rounded up.
     pub const F407_RECORD_FOUR: Self = Self {
