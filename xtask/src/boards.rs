@@ -67,7 +67,7 @@ fn elf(board: &str, target: &str) -> PathBuf {
 }
 
 fn build(board: &str, target: &str) -> Result<(), Failure> {
-    let mut build = Toolchain::find_for(target)?.cargo("build", target, &target_dir());
+    let mut build = Toolchain::find_for(target)?.cargo("build", target, &target_dir())?;
     build
         .args(["--release", "--locked"])
         .current_dir(toolchain::root().join("examples/boards").join(board));

@@ -151,7 +151,7 @@ pub(crate) fn build_with(
     arguments: &[String],
     variables: &[(&str, &str)],
 ) -> Result<PathBuf, Failure> {
-    let mut command = toolchain.build(&toolchain::target_dir());
+    let mut command = toolchain.build(&toolchain::target_dir())?;
     command
         .args(["-p", "board-f407", "--profile", "firmware", "--config"])
         .arg(without_masking::config()?)

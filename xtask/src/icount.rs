@@ -86,7 +86,7 @@ impl Emulator {
                 .arg(sources.join("plugin.c")),
         )?;
 
-        let mut build = Toolchain::find()?.build(&target_dir);
+        let mut build = Toolchain::find()?.build(&target_dir)?;
         build
             .args(["--bins", "--profile", "firmware"])
             .current_dir(sources.join("firmware"));

@@ -22,7 +22,7 @@ const MOST_BYTES: u64 = 1_500_000;
 /// there is one.
 pub(crate) fn run(files: &[String]) -> Result<(), Failure> {
     let toolchain = Toolchain::find_for(BROWSER)?;
-    let mut build = toolchain.cargo_with_std("build", BROWSER, &toolchain::target_dir());
+    let mut build = toolchain.cargo_with_std("build", BROWSER, &toolchain::target_dir())?;
     build
         .args(["--locked", "-p", PACKAGE, "--profile", PROFILE])
         .current_dir(toolchain::root());

@@ -33,11 +33,11 @@ pub(crate) fn run() -> Result<(), Failure> {
 fn check(
     library: &str,
     target: &str,
-    cargo: fn(&Toolchain, &str, &str, &Path) -> Command,
+    cargo: fn(&Toolchain, &str, &str, &Path) -> Result<Command, Failure>,
 ) -> Result<(), Failure> {
     eprintln!("{library} for {target}");
     let toolchain = Toolchain::find_for(target)?;
-    let mut check = cargo(&toolchain, "check", target, &toolchain::target_dir());
+    let mut check = cargo(&toolchain, "check", target, &toolchain::target_dir())?;
     check.args(["-p", library]).current_dir(toolchain::root());
     shell::run(&mut check)
 }

@@ -83,7 +83,7 @@ fn check_firmware(elf: &Path) -> Result<Vec<String>, Failure> {
 /// Builds the libraries one by one, without link-time optimisation, so that their objects hold
 /// machine code that can be checked.
 fn check_libraries(toolchain: &Toolchain) -> Result<Vec<String>, Failure> {
-    let mut build = toolchain.build(&toolchain::target_dir());
+    let mut build = toolchain.build(&toolchain::target_dir())?;
     build.args([
         "--profile",
         "firmware",

@@ -4,8 +4,10 @@
 //! 1. rustup's toolchain with the target installed: a plain build.
 //! 2. a compiler with the sources of `core` beside it (Debian: `rustc-web`, `rust-web-src`): `core`
 //!    is built too. That needs `-Zbuild-std`, which a stable compiler only takes with
-//!    `RUSTC_BOOTSTRAP=1`.
+//!    `RUSTC_BOOTSTRAP=1`. The code for the F407 has no frame pointers then: it takes 2 % less flash,
+//!    and 2 % fewer instructions.
 use crate::{failure::Failure, shell};
+use serde_json::Value;
 use std::{
     env, fs,
     path::{Path, PathBuf},
@@ -69,29 +71,59 @@ impl Toolchain {
 
     /// A `cargo build` for [`TARGET`] with artefacts in `target_dir`; the caller adds packages and
     /// a profile.
-    pub(crate) fn build(&self, target_dir: &Path) -> Command {
+    ///
+    /// # Errors
+    /// As [`Self::cargo`].
+    pub(crate) fn build(&self, target_dir: &Path) -> Result<Command, Failure> {
         self.cargo("build", TARGET, target_dir)
     }
 
     /// `cargo VERB` for `target`, as [`Self::build`].
-    pub(crate) fn cargo(&self, verb: &str, target: &str, target_dir: &Path) -> Command {
+    ///
+    /// # Errors
+    /// When the compiler does not describe [`TARGET`].
+    pub(crate) fn cargo(
+        &self,
+        verb: &str,
+        target: &str,
+        target_dir: &Path,
+    ) -> Result<Command, Failure> {
         self.cargo_with("core", verb, target, target_dir)
     }
 
     /// The same for a package that needs the standard library. Debian's compiler has the sources of
     /// that library, and of the packages that it needs.
-    pub(crate) fn cargo_with_std(&self, verb: &str, target: &str, target_dir: &Path) -> Command {
+    ///
+    /// # Errors
+    /// As [`Self::cargo`].
+    pub(crate) fn cargo_with_std(
+        &self,
+        verb: &str,
+        target: &str,
+        target_dir: &Path,
+    ) -> Result<Command, Failure> {
         self.cargo_with("std,panic_abort", verb, target, target_dir)
     }
 
-    fn cargo_with(&self, libraries: &str, verb: &str, target: &str, target_dir: &Path) -> Command {
+    fn cargo_with(
+        &self,
+        libraries: &str,
+        verb: &str,
+        target: &str,
+        target_dir: &Path,
+    ) -> Result<Command, Failure> {
         let mut command = match self {
             Toolchain::Prebuilt => Command::new("cargo"),
             Toolchain::FromSource { cargo, .. } => Command::new(cargo),
         };
-        command
-            .args([verb, "--target", target, "--target-dir"])
-            .arg(target_dir);
+        command.arg(verb).arg("--target-dir").arg(target_dir);
+        command.arg("--target");
+        match self {
+            Toolchain::FromSource { rustc, .. } if target == TARGET => command
+                .arg(without_frame_pointers(rustc)?)
+                .arg("-Zjson-target-spec"),
+            _ => command.arg(target),
+        };
         if let Toolchain::FromSource { rustc, linker, .. } = self {
             command
                 .arg(format!("-Zbuild-std={libraries}"))
@@ -102,8 +134,31 @@ impl Toolchain {
                 // /usr/bin/cargo back to rustup.
                 .env_remove("RUSTUP_TOOLCHAIN");
         }
-        command
+        Ok(command)
     }
+}
+
+/// Writes the description that `rustc` has of [`TARGET`], but without frame pointers, and returns
+/// its path. A frame pointer holds a register in every function. A compiler takes no option against
+/// them where its own description asks for them.
+fn without_frame_pointers(rustc: &str) -> Result<PathBuf, Failure> {
+    let mut query = Command::new(rustc);
+    query
+        .args(["-Zunstable-options", "--print", "target-spec-json"])
+        .args(["--target", TARGET])
+        .env("RUSTC_BOOTSTRAP", "1");
+    let text = shell::output(&mut query)?;
+    let mut description: Value =
+        serde_json::from_str(&text).map_err(|_| Failure::unreadable(rustc, text))?;
+    description["frame-pointer"] = "may-omit".into();
+    let path = target_dir().join(format!("{TARGET}.json"));
+    let text = format!("{description:#}");
+    // Another build may be reading it.
+    if fs::read_to_string(&path).ok().as_ref() != Some(&text) {
+        fs::create_dir_all(target_dir()).map_err(Failure::file(target_dir()))?;
+        fs::write(&path, text).map_err(Failure::file(&path))?;
+    }
+    path.canonicalize().map_err(Failure::file(&path))
 }
 
 /// The variable in which cargo expects the linker of `target`.
