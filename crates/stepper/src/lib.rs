@@ -28,13 +28,10 @@
 
 mod interrupt;
 mod line;
-mod motors;
 mod outputs;
 mod port;
-mod power;
 mod segment;
 mod shared;
-mod smoothing;
 mod stepper;
 mod windings;
 
@@ -42,14 +39,14 @@ mod windings;
 mod quiet_tests;
 
 pub use interrupt::{on_timer, start, StepInterrupt};
-pub use line::{Line, LineError, LineStart, MAX_STEP_EVENTS};
-pub use motors::{MotorMask, MAX_MOTORS};
+pub use line::{Line, LineError, LineStart, MotorMask, MAX_MOTORS, MAX_STEP_EVENTS};
 pub use outputs::OutputChange;
 pub use port::StepPort;
-pub use power::{Power, PowerChange, PowerScale};
-pub use segment::{Interval, IntervalChange, Segment, Ticks};
+pub use segment::{
+    Early, Interval, IntervalChange, Power, PowerChange, PowerScale, Segment, Smoothing, Ticks,
+    MAX_SMOOTHING_LEVEL,
+};
 pub use shared::Shared;
-pub use smoothing::{Early, Smoothing, MAX_SMOOTHING_LEVEL};
 pub use stepper::{Progress, Stepper, Tick};
 pub use windings::{WindingPort, WindingTable, Windings, FIVE_PHASE_HALF_STEPS};
 
