@@ -27,7 +27,6 @@
 #![deny(clippy::float_arithmetic)]
 
 mod interrupt;
-mod line;
 mod outputs;
 mod port;
 mod segment;
@@ -39,12 +38,11 @@ mod windings;
 mod quiet_tests;
 
 pub use interrupt::{on_timer, start, StepInterrupt};
-pub use line::{Line, LineError, LineStart, MotorMask, MAX_MOTORS, MAX_STEP_EVENTS};
 pub use outputs::OutputChange;
 pub use port::StepPort;
 pub use segment::{
-    Early, Interval, IntervalChange, Power, PowerChange, PowerScale, Segment, Smoothing, Ticks,
-    MAX_SMOOTHING_LEVEL,
+    Early, Interval, IntervalChange, Line, LineError, LineStart, MotorMask, Power, PowerChange,
+    PowerScale, Segment, Smoothing, Ticks, MAX_MOTORS, MAX_SMOOTHING_LEVEL, MAX_STEP_EVENTS,
 };
 pub use shared::Shared;
 pub use stepper::{Progress, Stepper, Tick};

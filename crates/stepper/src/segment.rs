@@ -1,9 +1,213 @@
-//! Segments: the main loop makes them, the step interrupt plays them. Their parts: intervals, power,
-//! and step smoothing, which is more ticks than steps where steps are slow.
+//! The work that the main loop hands to the step interrupt: lines, which are straight moves counted
+//! in motor steps, and segments, which tell when their steps come and at which power.
 
-use crate::{LineStart, MotorMask, OutputChange};
-use core::num::NonZeroU16;
+use crate::OutputChange;
+use core::fmt;
+use core::num::{NonZeroU16, NonZeroU32};
 use fixed::types::{I1F31, I32F32, U1F31, U32F32};
+
+/// The largest number of motors that a [`MotorMask`] can name.
+pub const MAX_MOTORS: usize = 8;
+
+/// A set of motors: bit *m* stands for motor *m* (bit 0 is X where axes and motors coincide).
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct MotorMask(u8);
+
+impl MotorMask {
+    /// No motor.
+    pub const NONE: Self = Self(0);
+
+    /// All eight motors.
+    pub const ALL: Self = Self(u8::MAX);
+
+    /// Makes a set from its bits.
+    pub const fn from_bits(bits: u8) -> Self {
+        Self(bits)
+    }
+
+    /// Returns the set's bits.
+    pub const fn bits(self) -> u8 {
+        self.0
+    }
+
+    /// Makes a set of the one motor `motor`; empty where `motor` is not below [`MAX_MOTORS`].
+    pub const fn only(motor: usize) -> Self {
+        if motor < MAX_MOTORS {
+            Self(1 << motor)
+        } else {
+            Self::NONE
+        }
+    }
+
+    /// Whether the set is empty.
+    pub const fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// Whether `motor` is in the set.
+    pub const fn contains(self, motor: usize) -> bool {
+        motor < MAX_MOTORS && self.0 >> motor & 1 == 1
+    }
+
+    /// The motors that are in either set.
+    #[must_use]
+    pub const fn with(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// The motors of this set that are not in `other`.
+    #[must_use]
+    pub const fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
+    }
+}
+
+/// The largest number of step events of one line: the tracer's counters hold this number
+/// at the finest smoothing in 30 bits.
+pub const MAX_STEP_EVENTS: u32 = (1 << (30 - MAX_SMOOTHING_LEVEL)) - 1;
+
+/// A straight move as motor steps: the number and the direction of each motor's steps.
+///
+/// The motor with the most steps is the *dominant* one; it steps at every step event.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Line<const MOTORS: usize> {
+    steps: [u32; MOTORS],
+    step_events: NonZeroU32,
+    direction: MotorMask,
+}
+
+/// The reason why a move cannot be a [`Line`].
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum LineError {
+    /// No motor steps.
+    NoSteps,
+    /// A motor would take more than [`MAX_STEP_EVENTS`] steps.
+    TooLong,
+}
+
+impl fmt::Display for LineError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NoSteps => "the move is shorter than one step",
+            Self::TooLong => "the move has too many steps",
+        })
+    }
+}
+
+impl core::error::Error for LineError {}
+
+impl<const MOTORS: usize> Line<MOTORS> {
+    /// Makes the line that moves each motor by its signed number of steps.
+    ///
+    /// # Errors
+    /// [`LineError`] where no motor steps, or one has too many steps.
+    pub fn new(delta: [i32; MOTORS]) -> Result<Self, LineError> {
+        let steps = delta.map(i32::unsigned_abs);
+        let most = steps.iter().copied().max().unwrap_or(0);
+        let step_events = NonZeroU32::new(most).ok_or(LineError::NoSteps)?;
+        if most > MAX_STEP_EVENTS {
+            return Err(LineError::TooLong);
+        }
+        Ok(Self {
+            steps,
+            step_events,
+            direction: negative(delta),
+        })
+    }
+
+    /// Steps that each motor takes.
+    pub const fn steps(&self) -> &[u32; MOTORS] {
+        &self.steps
+    }
+
+    /// Steps of the dominant motor, 1 to [`MAX_STEP_EVENTS`].
+    pub const fn step_events(&self) -> NonZeroU32 {
+        self.step_events
+    }
+
+    /// The motors that turn in the negative direction.
+    pub const fn direction(&self) -> MotorMask {
+        self.direction
+    }
+
+    /// The rest of this line after `taken` step events, the last of which was in a segment with
+    /// this `early`; `None` where nothing is left.
+    ///
+    /// Called from the main loop, for motion that goes on after another line came between
+    /// (parking).
+    pub fn rest(&self, taken: u32, early: Early) -> Option<Self> {
+        let left = NonZeroU32::new(self.step_events.get().checked_sub(taken)?)?;
+        let mut steps = self.steps;
+        let early = early.in_whole_events();
+        for motor in &mut steps {
+            *motor -= taken_of(*motor, self.step_events, taken, early);
+        }
+        Some(Self {
+            steps,
+            step_events: left,
+            direction: self.direction,
+        })
+    }
+}
+
+/// A line, and the tracer's state at its start. The main loop computes the state, so that the tick
+/// which takes the line only copies it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct LineStart<const MOTORS: usize> {
+    line: Line<MOTORS>,
+    /// The distance of each motor from its first step, less 1, in the tracer's units.
+    left: [u32; MOTORS],
+}
+
+impl<const MOTORS: usize> LineStart<MOTORS> {
+    /// Makes the start of `line`. The dominant motor begins a whole step before its first step, the
+    /// others half a step before theirs, less the `early` of the line's first segment. Called from
+    /// the main loop.
+    pub fn new(line: Line<MOTORS>, early: Early) -> Self {
+        let early = early.in_whole_events();
+        let events = line.step_events.get();
+        let full = events << MAX_SMOOTHING_LEVEL;
+        let left = line.steps.map(|steps| match steps == events {
+            true => full - 1,
+            false => full / 2 - early.of(steps) - 1,
+        });
+        Self { line, left }
+    }
+
+    /// The line.
+    pub const fn line(&self) -> &Line<MOTORS> {
+        &self.line
+    }
+
+    pub(crate) const fn left(&self) -> &[u32; MOTORS] {
+        &self.left
+    }
+}
+
+/// The steps that a motor with `steps` in `events` has made after the first `taken` step events. As
+/// in the tracer, it is the whole number nearest to the motor's share half a tick later.
+fn taken_of(steps: u32, events: NonZeroU32, taken: u32, early: Early) -> u32 {
+    if steps == events.get() {
+        return taken;
+    }
+    let full = u64::from(events.get()) << MAX_SMOOTHING_LEVEL;
+    let way = u64::from(steps << MAX_SMOOTHING_LEVEL) * u64::from(taken);
+    ((way + u64::from(early.of(steps)) + full / 2) / full) as u32
+}
+
+fn negative<const MOTORS: usize>(delta: [i32; MOTORS]) -> MotorMask {
+    delta
+        .iter()
+        .enumerate()
+        .filter(|(_, steps)| **steps < 0)
+        .fold(MotorMask::NONE, |mask, (motor, _)| {
+            mask.with(MotorMask::only(motor))
+        })
+}
 
 /// Whole counts of the step timer. The planner knows the timer's frequency.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default, Hash)]
@@ -245,89 +449,4 @@ impl Early {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    fn segment(ticks: u16, interval: u32, change: f64) -> Segment<1> {
-        Segment {
-            line: None,
-            ticks: NonZeroU16::new(ticks).unwrap(),
-            smoothing: Smoothing::None,
-            motors: MotorMask::ALL,
-            ends_event: true,
-            early: Early::NOT,
-            interval: Interval::from_num(interval),
-            interval_change: IntervalChange::from_num(change),
-            power: Power::OFF,
-            power_change: PowerChange::ZERO,
-            outputs: OutputChange::NONE,
-            at_rest: None,
-        }
-    }
-
-    #[test]
-    fn a_segment_lasts_as_long_as_its_intervals_together() {
-        assert_eq!(segment(4, 100, 0.0).duration(), 400);
-        assert_eq!(segment(4, 100, 10.0).duration(), 460);
-        assert_eq!(segment(4, 100, -10.5).duration(), 337);
-        assert_eq!(segment(u16::MAX, u32::MAX, 0.0).duration(), u32::MAX);
-    }
-
-    #[test]
-    fn full_power_is_the_whole_period_and_off_is_nothing() {
-        assert_eq!(Power::FULL.level(PowerScale::new(8400)), 8400);
-        assert_eq!(
-            Power::FULL.level(PowerScale::new(u16::MAX)),
-            u32::from(u16::MAX)
-        );
-        assert_eq!(Power::OFF.level(PowerScale::new(8400)), 0);
-    }
-
-    #[test]
-    fn a_change_never_leaves_the_range() {
-        let step = PowerChange::from_num(0.75);
-        assert_eq!(Power::OFF.changed_by(-step), Power::OFF);
-        assert_eq!(Power::FULL.changed_by(step), Power::FULL);
-        assert_eq!(Power::OFF.changed_by(step).level(PowerScale::new(100)), 75);
-    }
-
-    #[test]
-    fn more_than_full_is_full() {
-        assert_eq!(Power::from_share(U1F31::MAX), Power::FULL);
-        assert_eq!(Power::from_share(U1F31::ZERO), Power::default());
-    }
-
-    proptest! {
-        /// Compares with sums of 64 bits, which cannot overflow.
-        #[test]
-        fn a_change_is_an_addition_kept_within_the_range(share in 0u32..=1 << 31, change: i32) {
-            let power = Power::from_share(U1F31::from_bits(share));
-            prop_assert_eq!(power.share().to_bits(), share);
-            let sum = i64::from(share) + i64::from(change);
-            let changed = power.changed_by(PowerChange::from_bits(change));
-            prop_assert_eq!(i64::from(changed.share().to_bits()), sum.clamp(0, 1 << 31));
-        }
-    }
-
-    #[test]
-    fn the_levels_are_the_logarithms_of_the_ticks_to_a_step() {
-        let all = [
-            Smoothing::None,
-            Smoothing::Twofold,
-            Smoothing::Fourfold,
-            Smoothing::Eightfold,
-            Smoothing::Sixteenfold,
-        ];
-        assert_eq!(all.map(Smoothing::level), [0, 1, 2, 3, MAX_SMOOTHING_LEVEL]);
-    }
-
-    #[test]
-    fn early_is_half_a_tick() {
-        let of = |smoothing| Early::half_a_tick(smoothing).of(10);
-        assert_eq!(of(Smoothing::None), 80);
-        assert_eq!(of(Smoothing::Eightfold), 10);
-        assert_eq!(of(Smoothing::Sixteenfold), 5);
-        assert_eq!(Early::NOT.of(10), 0);
-    }
-}
+mod tests;
