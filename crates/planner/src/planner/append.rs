@@ -1,20 +1,216 @@
-//! A new move joins the queue: as the next pixel of a row, as the end of the last move, or by
-//! itself. It waits in the window until the turn at its start is known.
+//! A target becomes steps, then a move with its limits, and the move joins the queue.
+//!
+//! The move joins as the next pixel of a row, as the end of the last move, or by itself. It waits
+//! in the window until the turn at its start is known.
 
-use super::one_move::{cap, nominal};
 use super::Planner;
-use crate::config::{SpeedUnit, DECIMALS};
+use crate::config::{SpeedUnit, DECIMALS, PIXELS_A_SECOND, SLOWEST};
 use crate::moves::PlannedMove;
 use crate::path::junction::junction_v2;
 use crate::path::row::{is_gap, is_short, Row};
+use crate::path::short::Short;
 use crate::path::{Piece, Turn, When};
-use crate::real::{norm2, sqrt};
-use crate::{CornerRule, Curve, Kinematics, Move, Overrides};
+use crate::real::{max, min, norm2, sqrt, worst};
+use crate::{Coordinate, CornerRule, Curve, Feed, Kinematics, Move, MoveKind, Overrides};
 
+// Between axes and motors: the end of the queue, and the steps of a target.
 impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
+    /// Where the last queued move ends, in steps of each motor.
+    pub const fn position(&self) -> [i32; MOTORS] {
+        self.position
+    }
+
+    /// Sets where the motors stand. At rest with an empty queue only.
+    pub fn set_position(&mut self, steps: [i32; MOTORS]) {
+        self.position = steps;
+        self.forget_direction();
+    }
+
+    /// As [`Planner::steps_at`]. Computes only the steps of motors whose place has changed since
+    /// the last call.
+    pub(super) fn approach(&mut self, axes: &[Coordinate; AXES]) -> Option<[i32; MOTORS]> {
+        let motors = self.kinematics.motors(axes).into_iter();
+        let scales = motors.zip(self.scales.steps_per_mm);
+        for (known, (motor, scale)) in self.target.iter_mut().zip(scales) {
+            if known.0 != motor {
+                *known = (motor, scale.steps(motor)?);
+            }
+        }
+        Some(self.target.map(|(_, steps)| steps))
+    }
+
+    /// Places of the motors, in steps, for the places `axes` of the axes; `None` if a place is
+    /// beyond `i32`.
+    pub fn steps_at(&self, axes: &[Coordinate; AXES]) -> Option<[i32; MOTORS]> {
+        let motors = self.kinematics.motors(axes);
+        let mut steps = [0; MOTORS];
+        for ((steps, motor), scale) in steps.iter_mut().zip(motors).zip(self.scales.steps_per_mm) {
+            *steps = scale.steps(motor)?;
+        }
+        Some(steps)
+    }
+
+    /// Places of the axes for the places `steps` of the motors.
+    pub fn axes_at(&self, steps: &[i32; MOTORS]) -> [Coordinate; AXES] {
+        let mut motors = [Coordinate::ZERO; MOTORS];
+        for ((motor, steps), scale) in motors.iter_mut().zip(steps).zip(self.scales.steps_per_mm) {
+            *motor = scale.coordinate(*steps);
+        }
+        self.kinematics.axes(&motors)
+    }
+
+    /// `steps`, with every second motor of an axis put to the place of the axis's own motor. Both
+    /// must have the same count before a move, because a move brings both to the same count.
+    pub fn ganged(&self, steps: [i32; MOTORS]) -> [i32; MOTORS] {
+        let mut ganged = steps;
+        for (motor, place) in ganged.iter_mut().enumerate() {
+            let own = steps.get(self.kinematics.axis_of(motor));
+            *place = own.copied().unwrap_or(*place);
+        }
+        ganged
+    }
+}
+
+// One move by itself: its steps, its length, the limits along it, and its nominal speed.
+impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
+where
+    K: Kinematics<AXES, MOTORS>,
+{
+    /// Finds length and limits of the planned move for `of`, which has `events` steps of the
+    /// dominant motor. Returns its direction.
+    pub(super) fn plan(
+        &self,
+        planned: &mut PlannedMove<AXES, MOTORS>,
+        of: &Move<AXES>,
+        events: u32,
+    ) -> [f32; AXES] {
+        let axes_mm = self.axes_mm(planned.delta);
+        let length = sqrt(norm2(&axes_mm));
+        let direction = axes_mm.map(|mm| mm / length);
+        planned.length = length;
+        planned.acceleration = 1.0 / worst(&direction, &self.limits.per_acceleration);
+        planned.rate = self.rate(length, events, &direction);
+        planned.feed = match of.feed {
+            Feed::Rapid => planned.rate,
+            Feed::PerMinute(speed) => speed,
+            Feed::InverseTime(per_second) => per_second * length,
+        };
+        direction
+    }
+
+    /// How far each axis goes where the motors make `delta` steps, mm.
+    fn axes_mm(&self, delta: [i32; MOTORS]) -> [f32; AXES] {
+        let mut motors_mm = [0.0; MOTORS];
+        let scales = delta.into_iter().zip(self.scales.mm_per_step);
+        for (mm, (steps, mm_per_step)) in motors_mm.iter_mut().zip(scales) {
+            *mm = steps as f32 * mm_per_step;
+        }
+        self.kinematics.axes_mm(&motors_mm)
+    }
+
+    /// The highest speed of a move, mm/s, by the rates of the axes and the step rate of the board.
+    /// The move has `events` steps of the dominant motor on `length` mm.
+    fn rate(&self, length: f32, events: u32, direction: &[f32; AXES]) -> f32 {
+        min(
+            1.0 / worst(direction, &self.limits.per_rate),
+            self.limits.step_rate * (length / events as f32),
+        )
+    }
+
+    /// The nominal speed of a move at the overrides in force, mm/s.
+    pub(crate) fn nominal(&self, planned: &PlannedMove<AXES, MOTORS>) -> f32 {
+        nominal(self.overrides, planned)
+    }
+
+    /// The speed at which the running move is to cruise, mm/s: its nominal speed. For a row it is
+    /// also low enough that the pixels can be prepared in time.
+    pub(crate) fn running_nominal(&self) -> f32 {
+        self.queue.running().map_or(SLOWEST, |planned| {
+            let nominal = self.nominal(planned);
+            if planned.pixels == 0 {
+                return nominal;
+            }
+            let pixel = planned.length / f32::from(planned.pixels);
+            max(min(nominal, pixel * PIXELS_A_SECOND), SLOWEST)
+        })
+    }
+}
+
+/// The nominal speed of a move, mm/s: the speed asked for, changed by the override and bounded by
+/// the rates of the axes.
+pub(crate) fn nominal<const AXES: usize, const MOTORS: usize>(
+    overrides: Overrides,
+    planned: &PlannedMove<AXES, MOTORS>,
+) -> f32 {
+    let percent = match planned.kind {
+        MoveKind::Rapid => overrides.rapid,
+        MoveKind::Feed => overrides.feed,
+        MoveKind::Jog | MoveKind::System => 100,
+    };
+    let asked = if percent == 100 {
+        planned.feed
+    } else {
+        planned.feed * f32::from(percent) * 0.01
+    };
+    let fastest = if planned.has_gaps {
+        planned.rate * f32::from(overrides.rapid) * 0.01
+    } else {
+        planned.rate
+    };
+    max(min(fastest, asked), SLOWEST)
+}
+
+/// The limit of the squared speed at the start of a move, units: by its `corner` (squared speed,
+/// units), by its `nominal` speed and by the nominal speed of the move `before` it (mm/s).
+pub(super) fn cap(unit: SpeedUnit, before: Option<f32>, nominal: f32, corner: u32) -> u32 {
+    let slower = before.map_or(nominal, |before| min(nominal, before));
+    corner.min(unit.units(slower * slower))
+}
+
+// The move joins the queue. A piece of a few steps becomes part of the last queued move (see
+// `short`).
+impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
+where
+    K: Kinematics<AXES, MOTORS>,
+{
+    /// Makes a move part of the last queued move, if it goes straight on and differs only in power.
+    /// `None`, and nothing has changed, if it has to be a move by itself.
+    pub(super) fn merge(&mut self, of: &Move<AXES>, delta: [i32; MOTORS]) -> Option<()> {
+        let (row, pixel) = self.row.as_ref()?.extended(of, delta)?;
+        let (last, planned) = self.queue.last_waiting()?;
+        let shorter = *last;
+        let longer = PlannedMove {
+            delta: row.delta(),
+            length: sqrt(norm2(&self.axes_mm(row.delta()))),
+            pixels: shorter.pixels.checked_add(1)?,
+            has_gaps: shorter.has_gaps || is_gap(of),
+            ..shorter
+        };
+        let nominal = self.nominal(&longer);
+        let gap = longer.length - shorter.length;
+        let slower = nominal < self.nominal(&shorter);
+        if is_gap(of) && (slower || !is_short(gap, nominal, longer.acceleration)) {
+            return None;
+        }
+        let is_short = self.is_short(longer.length * longer.length);
+        if let Some(window) = self.window.as_mut().filter(|window| window.goes_on()) {
+            window.lengthen_last(is_short, &of.target);
+        }
+        self.lengthen_newest(longer);
+        self.pixels.push(pixel);
+        self.row = Some(row);
+        self.short = None;
+        if planned {
+            self.nominal_before = Some(nominal);
+        } else {
+            self.settle();
+        }
+        Some(())
+    }
+
     /// Queues a move. If it and the last move are short and one move can stand for both, it becomes
     /// part of the last move; otherwise it is a move by itself.
     pub(super) fn append(&mut self, of: &Move<AXES>, delta: [i32; MOTORS], events: u32) {
@@ -43,7 +239,7 @@ where
     }
 
     /// Whether the limits of the axes are kept on curves, and not only at corners.
-    pub(super) fn keeps_limits(&self) -> bool {
+    fn keeps_limits(&self) -> bool {
         self.config.corner_rule == CornerRule::Limits && self.window.is_some()
     }
 
@@ -60,14 +256,54 @@ where
         self.release(&Turn::corner(v2));
     }
 
+    /// Makes a short move by `delta` steps part of the last queued move, if that is short too and
+    /// not planned yet. `None`, and nothing has changed, if one move cannot stand for both.
+    #[inline(never)] // few lines come here
+    fn join(&mut self, of: &Move<AXES>, delta: &[i32; MOTORS]) -> Option<()> {
+        let short = self.short.as_ref()?;
+        let (last, is_planned) = self.queue.last_waiting()?;
+        let fits = !is_planned && last.goes_on_with(of) && of.curve.is_none();
+        let more2 = norm2(&self.axes_mm(*delta));
+        if !fits || !self.is_short(last.length * last.length) || !self.is_short(more2) {
+            return None;
+        }
+        let way = self.window.as_ref()?.way_on(&of.target);
+        let joined = short.joined(delta, &way, self.limits.short2)?;
+        let mut planned = PlannedMove::new(of, joined.delta());
+        let direction = self.plan(&mut planned, of, joined.events());
+        let is_short = self.is_short(planned.length * planned.length);
+        let piece = piece(&planned, direction, of);
+        let window = self.window.as_mut()?;
+        window.join_last(&piece, is_short, joined.pieces.is_bent, &of.target);
+        self.lengthen_newest(planned);
+        self.short = Some(joined);
+        self.begin_row(of, joined.delta());
+        self.settle();
+        Some(())
+    }
+
+    /// Notes the last queued move, which makes `delta` steps, so that the next one can be joined
+    /// with it if both are short.
+    fn begin_short(&mut self, of: &Move<AXES>, delta: &[i32; MOTORS], is_short: bool) {
+        let plain = matches!(of.feed, Feed::PerMinute(_)) && of.curve.is_none();
+        let window = self.window.as_ref().filter(|_| plain && is_short);
+        self.short = window.map(|window| Short::new(delta, window.last_way()));
+    }
+
+    /// Whether a move has too few steps to give a direction. `length2` is the square of its length,
+    /// mm².
+    fn is_short(&self, length2: f32) -> bool {
+        length2 < self.limits.short2
+    }
+
     /// Notes the last queued move, so that further moves can be merged into it.
-    pub(super) fn begin_row(&mut self, of: &Move<AXES>, delta: [i32; MOTORS]) {
+    fn begin_row(&mut self, of: &Move<AXES>, delta: [i32; MOTORS]) {
         let rows = self.pixel_capacity() > 0;
         self.row = Row::begin(of, delta).filter(|_| rows);
     }
 
     /// Plans the first moves that wait, as far as the turn at their start is known by now.
-    pub(super) fn settle(&mut self) {
+    fn settle(&mut self) {
         /// More than one, so that fewer and fewer moves wait; few, for the time that one line may
         /// take.
         const MOST: usize = 2;
@@ -111,45 +347,10 @@ where
         begin(&mut planned, &turn, self.limits.unit, self.overrides, None);
         planned
     }
-
-    /// Makes a move part of the last queued move, if it goes straight on and differs only in power.
-    /// `None`, and nothing has changed, if it has to be a move by itself.
-    pub(super) fn merge(&mut self, of: &Move<AXES>, delta: [i32; MOTORS]) -> Option<()> {
-        let (row, pixel) = self.row.as_ref()?.extended(of, delta)?;
-        let (last, planned) = self.queue.last_waiting()?;
-        let shorter = *last;
-        let longer = PlannedMove {
-            delta: row.delta(),
-            length: sqrt(norm2(&self.axes_mm(row.delta()))),
-            pixels: shorter.pixels.checked_add(1)?,
-            has_gaps: shorter.has_gaps || is_gap(of),
-            ..shorter
-        };
-        let nominal = self.nominal(&longer);
-        let gap = longer.length - shorter.length;
-        let slower = nominal < self.nominal(&shorter);
-        if is_gap(of) && (slower || !is_short(gap, nominal, longer.acceleration)) {
-            return None;
-        }
-        let is_short = self.is_short(longer.length * longer.length);
-        if let Some(window) = self.window.as_mut().filter(|window| window.goes_on()) {
-            window.lengthen_last(is_short, &of.target);
-        }
-        self.lengthen_newest(longer);
-        self.pixels.push(pixel);
-        self.row = Some(row);
-        self.short = None;
-        if planned {
-            self.nominal_before = Some(nominal);
-        } else {
-            self.settle();
-        }
-        Some(())
-    }
 }
 
 /// A planned move as a piece of the path.
-pub(super) fn piece<const AXES: usize, const MOTORS: usize>(
+fn piece<const AXES: usize, const MOTORS: usize>(
     planned: &PlannedMove<AXES, MOTORS>,
     direction: [f32; AXES],
     of: &Move<AXES>,

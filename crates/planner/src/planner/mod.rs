@@ -2,14 +2,11 @@
 
 mod append;
 mod backlog;
-mod join;
-mod one_move;
 mod overrides;
-mod position;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use one_move::nominal;
+pub(crate) use append::nominal;
 
 use crate::ahead::lookahead::LookAhead;
 use crate::ahead::queue::{PixelQueue, Room};
