@@ -41,13 +41,12 @@ mod speed;
 mod valid;
 
 pub use ahead::lookahead::USUAL_BLOCKS;
-pub use ahead::queue::{PixelQueue, Queue, Room, SmallQueue};
 pub use ahead::time_left::TimeLeft;
 pub use config::{Config, CornerRule, Overrides, DEFAULT_TIMER_HZ};
 pub use emit::lead::{PowerLead, LONGEST_LEAD};
 pub use emit::segmenter::Segmenter;
 pub use explain::{Ahead, Outline};
-pub use moves::{Feed, Move, MoveKind, MovePower};
+pub use moves::{Feed, Move, MoveKind, MovePower, PixelQueue, Queue, Room, SmallQueue};
 pub use path::arc::Arc;
 pub use path::curve::Curve;
 pub use planner::{Planner, PushError, Pushed};

@@ -2,5 +2,4 @@
 
 pub(crate) mod lookahead;
 mod map;
-pub(crate) mod queue;
 pub(crate) mod time_left;
