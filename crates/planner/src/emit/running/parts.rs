@@ -29,8 +29,7 @@
 //! ```
 
 use super::piece::Piece;
-use super::progress::Progress;
-use super::{Running, Timing};
+use super::{Progress, Running, Timing};
 use crate::emit::fit::{bits, Carry};
 use crate::real::{max, min};
 use core::num::NonZeroU16;
