@@ -3,7 +3,6 @@
 //! The profile leads to the end of the move, or to the shortest stop.
 
 mod along;
-mod parts;
 mod piece;
 mod tracer;
 
@@ -17,7 +16,7 @@ use crate::speed::profile::{Place, Plan, ROUNDING};
 use crate::{Config, Profile, SCurve, Trapezoid};
 use along::Along;
 use leadscrew_stepper::{Line, MotorMask, Segment};
-use parts::Parts;
+use piece::Parts;
 use tracer::Tracer;
 
 /// A planned move that is being executed.
@@ -366,7 +365,7 @@ fn round_up(steps: f32) -> u32 {
 /// How far the running move was handed out: the end of the segments handed out.
 ///
 /// Most step events are handed out as a whole. One that takes long is handed out in spans, and a
-/// span in parts (see `parts`).
+/// span in parts (see [`Parts`]).
 #[derive(Clone, Debug)]
 struct Progress<const MOTORS: usize> {
     /// Whole steps of the dominant motor handed out.
