@@ -2,7 +2,6 @@
 //!
 //! The profile leads to the end of the move, or to the shortest stop.
 
-mod along;
 mod piece;
 mod tracer;
 
@@ -14,10 +13,9 @@ use crate::real::{divide_twice, max, min, sqrt};
 use crate::space::course::Whereabouts;
 use crate::speed::profile::{Place, Plan, ROUNDING};
 use crate::{Config, Profile, SCurve, Trapezoid};
-use along::Along;
 use leadscrew_stepper::{Line, MotorMask, Segment};
 use piece::Parts;
-use tracer::Tracer;
+use tracer::{Along, Tracer};
 
 /// A planned move that is being executed.
 #[derive(Clone, Debug)]
