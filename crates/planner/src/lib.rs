@@ -53,8 +53,7 @@ pub use planner::{Planner, PushError, Pushed};
 pub use space::coordinate::{Coordinate, StepsPerMm, NANOS_PER_MM};
 pub use space::kinematics::{Cartesian, CoreXy, Ganged, Kinematics};
 pub use space::train::Train;
-pub use speed::law::Profile;
-pub use speed::profile::{Place, Plan, Trapezoid};
+pub use speed::profile::{Place, Plan, Profile, Trapezoid};
 pub use speed::s_curve::SCurve;
 pub use valid::ConfigError;
 
