@@ -14,7 +14,7 @@ use crate::moves::PlannedMove;
 use crate::planner::nominal;
 use crate::real::{max, min, sqrt};
 use crate::space::axis_limits::AxisLimits;
-use crate::space::course::Whereabouts;
+use crate::space::axis_limits::Whereabouts;
 use crate::speed::profile::{Place, Plan, Trapezoid};
 use crate::speed::ramp::{self, Limits};
 use crate::{Kinematics, Planner, Segmenter};

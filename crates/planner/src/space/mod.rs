@@ -3,7 +3,6 @@
 
 pub(crate) mod axis_limits;
 pub(crate) mod coordinate;
-pub(crate) mod course;
 pub(crate) mod kinematics;
 pub(crate) mod polygon;
 pub(crate) mod train;

@@ -10,7 +10,7 @@ use crate::emit::pixel::Pixel;
 use crate::moves::PlannedMove;
 use crate::planner::Outlook;
 use crate::real::{divide_twice, max, min, sqrt};
-use crate::space::course::Whereabouts;
+use crate::space::axis_limits::Whereabouts;
 use crate::speed::profile::{Place, Plan, ROUNDING};
 use crate::{Config, Profile, SCurve, Trapezoid};
 use leadscrew_stepper::{Line, MotorMask, Segment};
