@@ -1,4 +1,4 @@
-//! Planned moves in, step segments out; feed hold and resume.
+//! Planned moves in, step segments out; feed hold and resume; the power of a laser ahead of motion.
 //!
 //! ```text
 //!             hold                    rest reached
@@ -19,7 +19,10 @@ use crate::emit::running::{Aim, Goal, Running, Timing};
 use crate::planner::Outlook;
 use crate::real::{min, sqrt};
 use crate::{Kinematics, Place, Planner, Profile};
-use leadscrew_stepper::Segment;
+use core::num::NonZeroU16;
+use fixed::types::U1F31;
+use heapless::deque::{Deque, DequeView};
+use leadscrew_stepper::{Interval, OutputChange, Power, PowerChange, Segment};
 
 /// Turns the planner's moves into segments for the step interrupt. Main loop.
 #[derive(Clone, Debug)]
@@ -241,5 +244,237 @@ where
     })
 }
 
+/// The longest lead, µs.
+pub const LONGEST_LEAD: u32 = 1000;
+
+/// Hands on segments with the power of later ones. Main loop.
+///
+/// The laser power is put out early, to make up for the delay of the laser.
+///
+/// A laser follows a change of its power after a delay (its driver's rise time, the tube's
+/// ignition). At a speed `v` the light is then `v·delay` too late along the path. A raster is burnt
+/// in both directions, so its rows are shifted to either side in turn. To prevent that, the power
+/// that belongs to the time `t + lead` is put out at `t`:
+///
+/// ```text
+///   motion   | front ...... | second | third ...............|     segments that wait, oldest first
+///            |<----- lead ----->|
+///   power                       ^ for the front's first tick
+/// ```
+///
+/// Segments wait here until they reach to the time that belongs to the front's first tick, and no
+/// longer: a hold cannot change a segment that waits. For the same reason no more segments are
+/// taken than there is `room` for. Where ticks are so long that this time lies beyond the segments
+/// that wait, the power at the end of the last one is used.
+///
+/// Each segment is handed out in pieces, one for each segment that its power comes from. The power
+/// changes with a tick, at most half a tick from the right time. Motion is never changed.
+///
+/// Out of rest the first power would have to be put out before motion begins. There the laser stays
+/// off. Its power would follow the speed, which is lowest there, so the energy that is lost is
+/// small. At the end of motion the power at rest comes early.
+#[derive(Debug)]
+pub struct PowerLead<'a, const MOTORS: usize> {
+    /// The lead, in counts of the step timer.
+    lead: u64,
+    waiting: &'a mut DequeView<Segment<MOTORS>>,
+}
+
+/// Where a segment's power comes from.
+struct Source {
+    /// The power in the middle of the first tick.
+    power: Power,
+    /// Change of the power in a timer count.
+    slope: f32,
+    /// Timer counts for which this source can be used.
+    lasts: u64,
+}
+
+impl<'a, const MOTORS: usize> PowerLead<'a, MOTORS> {
+    /// Makes a lead of 0, which hands on each segment with its own power. Where there is a lead,
+    /// segments wait in `waiting`. Where the lead spans more segments than fit there, the last
+    /// one's power is put out for the rest of the lead.
+    pub fn new<const WAITING: usize>(waiting: &'a mut Deque<Segment<MOTORS>, WAITING>) -> Self {
+        Self { lead: 0, waiting }
+    }
+
+    /// Sets the lead in microseconds (values above [`LONGEST_LEAD`] count as [`LONGEST_LEAD`]), for
+    /// a step timer of `timer_hz` counts a second. Called at rest.
+    pub fn set(&mut self, lead_us: u32, timer_hz: u32) {
+        let lead = u64::from(lead_us.min(LONGEST_LEAD));
+        self.lead = lead * u64::from(timer_hz) / 1_000_000;
+    }
+
+    /// Hands out the next segment. Takes from `source` the segments that its power depends on, but
+    /// none while segments of more than `room` timer counts wait already. `None` where `source` has
+    /// no segment and none waits.
+    pub fn next(
+        &mut self,
+        room: u64,
+        mut source: impl FnMut() -> Option<Segment<MOTORS>>,
+    ) -> Option<Segment<MOTORS>> {
+        if self.lead == 0 && self.waiting.is_empty() {
+            return source();
+        }
+        self.fill(room, source);
+        let front = *self.waiting.front()?;
+        let source = self.source(&front);
+        let ticks = ticks_within(&front, source.lasts);
+        match rest_of(&front, ticks) {
+            Some(rest) => {
+                if let Some(waiting) = self.waiting.front_mut() {
+                    *waiting = rest;
+                }
+            }
+            None => {
+                self.waiting.pop_front();
+            }
+        }
+        let change = source.slope * interval(&front) as f32;
+        Some(Segment {
+            ticks,
+            power: source.power,
+            power_change: PowerChange::from_bits(change as i32),
+            at_rest: front.at_rest.filter(|_| ticks == front.ticks),
+            ..front
+        })
+    }
+
+    /// Whether nothing waits.
+    pub fn is_empty(&self) -> bool {
+        self.waiting.is_empty()
+    }
+
+    /// Forgets the segments that wait: after a reset or a jog cancel.
+    pub fn clear(&mut self) {
+        self.waiting.clear();
+    }
+
+    /// Takes segments until they reach to the time that belongs to the front's first tick, or
+    /// `source` has no more, or there is no room.
+    fn fill(&mut self, room: u64, mut source: impl FnMut() -> Option<Segment<MOTORS>>) {
+        let mut covered: u64 = self.waiting.iter().map(duration).sum();
+        while !self.waiting.is_full()
+            && covered <= self.waiting.front().map_or(0, |front| self.reach(front))
+            && covered <= room
+        {
+            let Some(segment) = source() else { return };
+            covered += duration(&segment);
+            // There is room.
+            let _ = self.waiting.push_back(segment);
+        }
+    }
+
+    /// Timer counts from the start of `front` to the time that its power belongs to: the lead after
+    /// the middle of its first tick.
+    fn reach(&self, front: &Segment<MOTORS>) -> u64 {
+        self.lead + (front.interval.to_bits() >> 33)
+    }
+
+    /// The segment and the place in it that the power for the first tick of `front` comes from: the
+    /// lead after the middle of that tick.
+    fn source(&self, front: &Segment<MOTORS>) -> Source {
+        let mut after = self.reach(front);
+        for segment in self.waiting.iter() {
+            let lasts = duration(segment);
+            if after < lasts {
+                return Source::within(segment, after, lasts);
+            }
+            after -= lasts;
+        }
+        Source::steady(self.waiting.back().map_or(Power::OFF, |last| {
+            last.at_rest
+                .unwrap_or_else(|| power_after(last, last.ticks.get().into()))
+        }))
+    }
+}
+
+impl Source {
+    /// A power that does not change.
+    fn steady(power: Power) -> Self {
+        Self {
+            power,
+            slope: 0.0,
+            lasts: u64::MAX,
+        }
+    }
+
+    /// The power from `after` counts after the start of `segment` on. The segment takes `lasts`
+    /// counts.
+    fn within<const MOTORS: usize>(segment: &Segment<MOTORS>, after: u64, lasts: u64) -> Self {
+        let left = lasts - after;
+        let change = segment.power_change.to_bits();
+        if change == 0 {
+            return Self {
+                lasts: left,
+                ..Self::steady(segment.power)
+            };
+        }
+        // Ticks in a count, in the mean.
+        let rate = f32::from(segment.ticks.get()) / lasts as f32;
+        Self {
+            power: power_after(segment, after as f32 * rate),
+            slope: change as f32 * rate,
+            lasts: left,
+        }
+    }
+}
+
+/// The power `ticks` ticks after a segment's start.
+fn power_after<const MOTORS: usize>(segment: &Segment<MOTORS>, ticks: f32) -> Power {
+    let change = segment.power_change.to_bits() as f32 * ticks;
+    let share = i64::from(segment.power.share().to_bits()) + change as i64;
+    let share = share.clamp(0, U1F31::ONE.to_bits().into());
+    Power::from_share(U1F31::from_bits(share as u32))
+}
+
+/// Timer counts that a segment takes.
+fn duration<const MOTORS: usize>(segment: &Segment<MOTORS>) -> u64 {
+    segment.duration().into()
+}
+
+/// Mean interval of a segment's ticks, timer counts, at least 1.
+fn interval<const MOTORS: usize>(segment: &Segment<MOTORS>) -> u64 {
+    (duration(segment) / u64::from(segment.ticks.get())).max(1)
+}
+
+/// How many of a segment's ticks have their middle less than `counts` after the middle of the
+/// first. Bounded by the ticks of a millisecond.
+fn ticks_within<const MOTORS: usize>(segment: &Segment<MOTORS>, counts: u64) -> NonZeroU16 {
+    let change = segment.interval_change.to_bits();
+    let mut interval = segment.interval.to_bits();
+    let (mut ticks, mut after) = (NonZeroU16::MIN, 0);
+    while ticks < segment.ticks {
+        let next = interval.wrapping_add_signed(change);
+        // From middle to middle.
+        after += (interval / 2).wrapping_add(next / 2);
+        if after >> 32 >= counts {
+            break;
+        }
+        interval = next;
+        ticks = ticks.saturating_add(1);
+    }
+    ticks
+}
+
+/// The rest of a segment after `taken` ticks; `None` where no tick is left.
+fn rest_of<const MOTORS: usize>(
+    segment: &Segment<MOTORS>,
+    taken: NonZeroU16,
+) -> Option<Segment<MOTORS>> {
+    let left = NonZeroU16::new(segment.ticks.get() - taken.get())?;
+    let change = segment.interval_change.to_bits() * i64::from(taken.get());
+    Some(Segment {
+        line: None,
+        outputs: OutputChange::NONE,
+        ticks: left,
+        interval: Interval::from_bits(segment.interval.to_bits().wrapping_add_signed(change)),
+        power: power_after(segment, taken.get().into()),
+        ..*segment
+    })
+}
+
+#[cfg(test)]
+mod lead_tests;
 #[cfg(test)]
 mod tests;
