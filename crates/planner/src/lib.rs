@@ -49,8 +49,9 @@ pub use moves::{Feed, Move, MoveKind, MovePower, PixelQueue, Queue, Room, SmallQ
 pub use path::arc::Arc;
 pub use path::curve::Curve;
 pub use planner::{Planner, PushError, Pushed};
-pub use space::coordinate::{Coordinate, StepsPerMm, NANOS_PER_MM};
-pub use space::kinematics::{Cartesian, CoreXy, Ganged, Kinematics};
+pub use space::target::{
+    Cartesian, Coordinate, CoreXy, Ganged, Kinematics, StepsPerMm, NANOS_PER_MM,
+};
 pub use space::train::Train;
 pub use speed::profile::{Place, Plan, Profile, Trapezoid};
 pub use speed::s_curve::SCurve;

@@ -2,7 +2,6 @@
 //! polygons.
 
 pub(crate) mod axis_limits;
-pub(crate) mod coordinate;
-pub(crate) mod kinematics;
 pub(crate) mod polygon;
+pub(crate) mod target;
 pub(crate) mod train;
