@@ -242,7 +242,8 @@ mod tests {
             let each = f64::from(events) / f64::from(steps);
             for done in 0..events {
                 let begin = f64::from(done);
-                let place = (0..events).map(|j| (f64::from(j) + 0.5) * each).find(|at| *at > begin + 1e-9);
+                let mut places = (0..events).map(|j| (f64::from(j) + 0.5) * each);
+                let place = places.find(|at| *at > begin + 1e-9);
                 let share = place.map_or(1.0, |at| (at - begin).min(1.0));
                 prop_assert!((f64::from(due(steps, events, done)) - share).abs() < 1e-6);
             }

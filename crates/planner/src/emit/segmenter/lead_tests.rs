@@ -235,8 +235,11 @@ proptest! {
     /// a tick.
     #[test]
     fn motion_stays_and_power_comes_by_the_lead_earlier(
-        ends in prop::collection::vec((-8.0f64..8.0, 0u32..=100), 1..30), lead_us in 1u32..=1000,
-        feed in 5.0f32..200.0, acceleration in 100.0f32..5000.0, hold in prop::option::of(5usize..200),
+        ends in prop::collection::vec((-8.0f64..8.0, 0u32..=100), 1..30),
+        lead_us in 1u32..=1000,
+        feed in 5.0f32..200.0,
+        acceleration in 100.0f32..5000.0,
+        hold in prop::option::of(5usize..200),
     ) {
         let run = |lead_us: u32| {
             let mut queue = RigQueue::new();
