@@ -57,16 +57,12 @@ extern crate std;
 
 mod block;
 mod error;
-mod letter;
 mod line;
-mod number;
 mod word;
 
 pub use block::{parse, Block, DEFAULT_WORDS};
 pub use error::{Error, ErrorKind};
-pub use letter::Letter;
-pub use number::Number;
-pub use word::{leading_number, words, Word, Words};
+pub use word::{leading_number, words, Letter, Number, Word, Words};
 
 /// The examples of the package's README, run as tests.
 #[cfg(doctest)]
