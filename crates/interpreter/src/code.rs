@@ -6,11 +6,11 @@
 
 use super::command::OffsetId;
 use super::cycle::kind::CycleKind;
-use super::letters::{Group, GROUPS_IN_JOGS};
 use super::modal_state::{
     Distance, FeedMode, Motion, Plane, ProbeKind, Retract, Rotation, Turn, Units, WorkSystem,
 };
 use super::takers::{AxisCommand, Flow, NonModal};
+use super::words::{Group, GROUPS_IN_JOGS};
 use crate::Dialect;
 use crate::Status;
 use leadscrew_gcode::Number;

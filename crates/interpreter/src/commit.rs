@@ -6,10 +6,9 @@ use super::command::{Command, Commands, Feed, OffsetId, Spindle, Travel};
 use super::context::Context;
 use super::cycle::holes::Cycle;
 use super::cycle::series::Series;
-use super::letters::Group;
 use super::modal_state::{FeedMode, ModalState, Motion, Rotation};
 use super::takers::Flow;
-use super::words::Block;
+use super::words::{Block, Group};
 use super::{Coordinate, Interpreter};
 
 impl<const AXES: usize> Interpreter<AXES> {

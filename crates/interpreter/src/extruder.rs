@@ -9,9 +9,8 @@
 
 use super::code::Code;
 use super::context::Context;
-use super::letters::Group;
 use super::modal_state::Distance;
-use super::words::Block;
+use super::words::{Block, Group};
 use crate::axes::{self, AxisKind, WITHOUT_EXTRUDER};
 use crate::Status;
 use leadscrew_gcode::{Letter, Number};

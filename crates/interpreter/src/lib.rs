@@ -56,7 +56,6 @@ mod cycle;
 mod extruder;
 mod fault;
 mod jog;
-mod letters;
 mod modal_state;
 mod offsets;
 pub mod own;

@@ -2,9 +2,9 @@
 
 use super::{out_of_range, Check};
 use crate::fault::Refusal;
-use crate::letters::Letters;
 use crate::modal_state::Distance;
 use crate::takers::NonModal;
+use crate::words::Letters;
 use crate::Coordinate;
 use crate::Status;
 use leadscrew_gcode::Letter;
