@@ -2,12 +2,11 @@
 
 use super::check::{Check, Plan, Purpose};
 use super::command::{Feed, Jog, Spindle, Travel};
-use super::commit::spindle;
 use super::context::Context;
 use super::fault::Fault;
+use super::interpreter::{spindle, Interpreter};
 use super::modal_state::{FeedMode, ModalState, Motion};
 use super::words::Block;
-use super::Interpreter;
 
 impl<const AXES: usize> Interpreter<AXES> {
     /// Reads a jog: the line after `$J=`. `None` where it has no axis words and hence moves

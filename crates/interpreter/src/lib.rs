@@ -50,17 +50,16 @@ mod check;
 mod code;
 mod codes;
 mod command;
-mod commit;
 mod context;
 mod cycle;
 mod extruder;
 mod fault;
+mod interpreter;
 mod jog;
 mod modal_state;
 mod offsets;
 pub mod own;
 mod print;
-mod setup;
 pub mod status;
 mod takers;
 mod units;
@@ -73,89 +72,15 @@ pub use command::{
 pub use context::{Context, Dialect, Own, OwnCodes, ToolTable};
 pub use cycle::{Cycle, CycleKind, Strokes};
 pub use fault::Fault;
+pub use interpreter::Interpreter;
 pub use leadscrew_planner::Coordinate;
 pub use modal_state::{
     Coolant, Distance, FeedMode, ModalState, Motion, Plane, ProbeKind, Retract, Rotation, Turn,
     Units, WorkSystem,
 };
 pub use offsets::Offsets;
-pub use setup::Interpreter;
 pub use status::Status;
 pub use units::MAX_WORD;
-
-use check::{Check, Plan, Purpose};
-use words::Block;
-
-impl<const AXES: usize> Interpreter<AXES> {
-    /// Reads a line, checks all of it, and carries it out: replaces `commands` by its commands.
-    ///
-    /// `line` comes without blanks, comments and line end, in capitals. Main loop; bounded by the
-    /// line's length.
-    ///
-    /// # Errors
-    ///
-    /// The first fault in GRBL's order. Then nothing has changed, and there are no commands.
-    #[inline]
-    pub fn interpret(
-        &mut self,
-        line: &[u8],
-        context: &Context<'_, AXES>,
-        commands: &mut Commands<AXES>,
-    ) -> Result<(), Fault> {
-        commands.clear();
-        let mut block = self.block(context);
-        block.read(line, context, &self.modal)?;
-        let mut plan = Plan::new(&self.position);
-        self.plan(&mut plan, &block, line, context)?;
-        self.commit(&block, &plan, context, commands);
-        Ok(())
-    }
-
-    /// Checks a line as [`Self::interpret`] would, and changes nothing. For startup lines when they
-    /// are stored.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::interpret`].
-    pub fn check(&self, line: &[u8], context: &Context<'_, AXES>) -> Result<(), Fault> {
-        let mut block = self.block(context);
-        block.read(line, context, &self.modal)?;
-        self.plan(&mut Plan::new(&self.position), &block, line, context)
-    }
-
-    /// Whether a line is one of those that the operator may send while a program's line is put
-    /// aside: probing, G10 L1 and L20, tool length, and words of modes. A line with a fault is one,
-    /// too: it is answered with its error.
-    pub fn serves_operator(&self, line: &[u8], context: &Context<'_, AXES>) -> bool {
-        let mut block = self.block(context);
-        match block.read(line, context, &self.modal) {
-            Ok(()) => block.serves_operator(),
-            Err(_) => true,
-        }
-    }
-
-    /// Begins a line.
-    fn block(&self, context: &Context<'_, AXES>) -> Block<AXES> {
-        let mut block = Block::new(&self.modal);
-        if context.dialect.tools {
-            block.modal.tool = self.modal.tool;
-        }
-        block
-    }
-
-    #[inline]
-    fn plan(
-        &self,
-        plan: &mut Plan<AXES>,
-        block: &Block<AXES>,
-        line: &[u8],
-        context: &Context<'_, AXES>,
-    ) -> Result<(), Fault> {
-        Check::new(self, block, context, Purpose::Program)
-            .plan(plan)
-            .map_err(|refusal| refusal.locate(line))
-    }
-}
 
 /// The examples of the package's README, run as tests.
 #[cfg(doctest)]

@@ -1,21 +1,112 @@
-//! Carrying a checked line out: state, offsets and position change, commands come out. Nothing here
-//! can fail.
+//! The interpreter: it reads a line, checks it, and commits it.
+//!
+//! The interpreter holds the state that lines leave to each other. To commit a checked line is to
+//! carry it out: state, offsets and position change, and commands come out. Nothing there can fail.
 
-use super::check::{Effect, Path, Plan};
+use super::check::{Check, Effect, Path, Plan, Purpose};
 use super::command::{Command, Commands, Feed, OffsetId, Spindle, Travel};
 use super::context::Context;
 use super::cycle::holes::Cycle;
 use super::cycle::series::Series;
-use super::modal_state::{FeedMode, ModalState, Motion, Rotation};
+use super::fault::Fault;
+use super::modal_state::{Coolant, FeedMode, ModalState, Motion, Rotation};
+use super::offsets::Offsets;
 use super::takers::Flow;
 use super::words::{Block, Group};
-use super::{Coordinate, Interpreter};
+use leadscrew_planner::Coordinate;
+
+/// The state that G-code leaves from line to line: modes, offsets, and where the program has got
+/// to.
+///
+/// Its position runs ahead of the machine: it is where the last command ends, exactly, however it
+/// was rounded to steps.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Interpreter<const AXES: usize> {
+    pub(super) modal: ModalState,
+    pub(super) offsets: Offsets<AXES>,
+    /// `offsets.work_offset(modal.system)`, which every line needs.
+    pub(super) work_offset: [Coordinate; AXES],
+    pub(super) position: [Coordinate; AXES],
+    /// The series of cycles under way: `None` in other motion modes.
+    pub(super) series: Option<Series>,
+}
+
+impl<const AXES: usize> Interpreter<AXES> {
+    /// Reads a line, checks all of it, and carries it out: replaces `commands` by its commands.
+    ///
+    /// `line` comes without blanks, comments and line end, in capitals. Main loop; bounded by the
+    /// line's length.
+    ///
+    /// # Errors
+    ///
+    /// The first fault in GRBL's order. Then nothing has changed, and there are no commands.
+    #[inline]
+    pub fn interpret(
+        &mut self,
+        line: &[u8],
+        context: &Context<'_, AXES>,
+        commands: &mut Commands<AXES>,
+    ) -> Result<(), Fault> {
+        commands.clear();
+        let mut block = self.block(context);
+        block.read(line, context, &self.modal)?;
+        let mut plan = Plan::new(&self.position);
+        self.plan(&mut plan, &block, line, context)?;
+        self.commit(&block, &plan, context, commands);
+        Ok(())
+    }
+
+    /// Checks a line as [`Self::interpret`] would, and changes nothing. For startup lines when they
+    /// are stored.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::interpret`].
+    pub fn check(&self, line: &[u8], context: &Context<'_, AXES>) -> Result<(), Fault> {
+        let mut block = self.block(context);
+        block.read(line, context, &self.modal)?;
+        self.plan(&mut Plan::new(&self.position), &block, line, context)
+    }
+
+    /// Whether a line is one of those that the operator may send while a program's line is put
+    /// aside: probing, G10 L1 and L20, tool length, and words of modes. A line with a fault is one,
+    /// too: it is answered with its error.
+    pub fn serves_operator(&self, line: &[u8], context: &Context<'_, AXES>) -> bool {
+        let mut block = self.block(context);
+        match block.read(line, context, &self.modal) {
+            Ok(()) => block.serves_operator(),
+            Err(_) => true,
+        }
+    }
+
+    /// Begins a line.
+    fn block(&self, context: &Context<'_, AXES>) -> Block<AXES> {
+        let mut block = Block::new(&self.modal);
+        if context.dialect.tools {
+            block.modal.tool = self.modal.tool;
+        }
+        block
+    }
+
+    #[inline]
+    fn plan(
+        &self,
+        plan: &mut Plan<AXES>,
+        block: &Block<AXES>,
+        line: &[u8],
+        context: &Context<'_, AXES>,
+    ) -> Result<(), Fault> {
+        Check::new(self, block, context, Purpose::Program)
+            .plan(plan)
+            .map_err(|refusal| refusal.locate(line))
+    }
+}
 
 impl<const AXES: usize> Interpreter<AXES> {
     /// Carries a line out, in GRBL's order: feed, speed, tool, spindle, coolant, parking, dwell,
     /// modes, offsets, motion, end of the program.
     #[inline]
-    pub(super) fn commit(
+    fn commit(
         &mut self,
         block: &Block<AXES>,
         plan: &Plan<AXES>,
@@ -230,4 +321,81 @@ pub(super) fn spindle(modal: &ModalState) -> Spindle {
 fn push<const AXES: usize>(commands: &mut Commands<AXES>, command: Command<AXES>) {
     let pushed = commands.push(command);
     debug_assert!(pushed.is_ok(), "a line asks for too many commands");
+}
+
+impl<const AXES: usize> Interpreter<AXES> {
+    /// Makes an interpreter as at power-up, at the machine's origin and without offsets.
+    pub fn new() -> Self {
+        Self {
+            modal: ModalState::default(),
+            offsets: Offsets::new(),
+            work_offset: [Coordinate::ZERO; AXES],
+            position: [Coordinate::ZERO; AXES],
+            series: None,
+        }
+    }
+
+    /// Takes an offset from the store. Main loop, at boot and after `$RST`.
+    pub fn load_offset(&mut self, id: OffsetId, value: [Coordinate; AXES]) {
+        self.offsets.set(id, value);
+        self.work_offset = self.offsets.work_offset(self.modal.system);
+    }
+
+    /// Answers the modal state.
+    pub fn modal(&self) -> &ModalState {
+        &self.modal
+    }
+
+    /// Notes the state of the valves, set by the program or the operator: `$G` follows.
+    pub fn set_coolant(&mut self, coolant: Coolant) {
+        self.modal.coolant = coolant;
+    }
+
+    /// Notes that the spindle was switched off without a line: M5.
+    pub fn stop_spindle(&mut self) {
+        self.modal.rotation = Rotation::Off;
+    }
+
+    /// Answers the offsets.
+    pub fn offsets(&self) -> &Offsets<AXES> {
+        &self.offsets
+    }
+
+    /// Answers the work offset for the next line. Reports show the offset of the last
+    /// [`Command::WorkOffset`](super::Command::WorkOffset) that was carried out, which may be an
+    /// older one.
+    pub fn work_offset(&self) -> &[Coordinate; AXES] {
+        &self.work_offset
+    }
+
+    /// Answers where the last command ends, machine coordinates.
+    pub fn position(&self) -> &[Coordinate; AXES] {
+        &self.position
+    }
+
+    /// Sets where the next line begins: after a jog was accepted, and wherever motion ended early
+    /// (reset, homing, probing, jog cancel).
+    pub fn set_position(&mut self, position: [Coordinate; AXES]) {
+        self.position = position;
+    }
+
+    /// Restores modes as they were. Offsets stay, the tool length among them.
+    pub fn restore_modes(&mut self, modal: &ModalState) {
+        self.modal = *modal;
+        self.work_offset = self.offsets.work_offset(self.modal.system);
+    }
+
+    /// Forgets as a soft reset does: modal state, G92, tool length. The position stays.
+    pub fn reset(&mut self) {
+        self.modal = ModalState::default();
+        self.offsets.reset();
+        self.series = None;
+        self.work_offset = self.offsets.work_offset(self.modal.system);
+    }
+}
+
+impl<const AXES: usize> Default for Interpreter<AXES> {
+    fn default() -> Self {
+        Self::new()
+    }
 }
