@@ -4,7 +4,7 @@
 //!   serial interrupt -> serial -> realtime             ?, !, ~, 0x18, overrides
 //!                              -> line_reader -> system_command    $ commands
 //!                                             -> the interpreter   G-code
-//!   report, message, alarm, status -> output -> the serial line
+//!   report, message, alarm, status -> serial::Output -> the serial line
 //! ```
 #![no_std]
 #![forbid(unsafe_code)]
@@ -17,13 +17,17 @@ pub mod cadence;
 pub mod decimal;
 pub mod line_reader;
 pub mod message;
-pub mod output;
 pub mod realtime;
 pub mod report;
 pub mod serial;
 pub mod system_command;
 
 pub use leadscrew_interpreter::status;
+
+/// The output that waits to be sent on one serial line.
+pub mod output {
+    pub use crate::serial::{Output, LEAST_TX};
+}
 
 /// The examples of the package's README, run as tests.
 #[cfg(doctest)]

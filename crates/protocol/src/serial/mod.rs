@@ -24,18 +24,14 @@
 //! queue ([`Late`]). Overrides and the like are lost: their sender sees that they have no effect,
 //! and sends them again.
 
-mod inbox;
 mod late;
-mod receiver;
+mod queues;
 #[cfg(test)]
 mod tests;
 
-pub use crate::output::LEAST_TX;
-pub use inbox::Inbox;
-pub use receiver::Receiver;
+pub use queues::{Inbox, Output, Receiver, LEAST_TX};
 
 use crate::line_reader::LineReader;
-use crate::output::Output;
 use crate::realtime::Realtime;
 use core::sync::atomic::{AtomicBool, AtomicU32};
 use heapless::spsc::Queue;
