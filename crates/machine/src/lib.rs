@@ -34,7 +34,6 @@ mod program;
 mod reset;
 mod rules;
 mod segment_queue;
-mod sender;
 mod snapshot;
 pub mod soft_limits;
 pub mod state;
