@@ -362,8 +362,7 @@ impl<const AXES: usize> Interpreter<AXES> {
     }
 
     /// Answers the work offset for the next line. Reports show the offset of the last
-    /// [`Command::WorkOffset`](super::Command::WorkOffset) that was carried out, which may be an
-    /// older one.
+    /// [`Command::WorkOffset`] that was carried out, which may be an older one.
     pub fn work_offset(&self) -> &[Coordinate; AXES] {
         &self.work_offset
     }
