@@ -14,7 +14,7 @@ use super::{all_done, unusable, Unusable};
 use crate::picture::{draw, Caption};
 use leadscrew_jobs::{extents, limits_of, title, Machine, Stream};
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
-use leadscrew_machine::tool::spindle::SpindleScale;
+use leadscrew_machine::tool::SpindleScale;
 use leadscrew_sim::link::Rate;
 use leadscrew_sim::oven::{Failure, HeatFault};
 use leadscrew_sim::powered::MOST_MOTORS;

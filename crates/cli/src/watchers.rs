@@ -6,7 +6,7 @@ use crate::steps_csv::StepsCsv;
 use crate::vcd::Waveform;
 use leadscrew_machine::board::PortConfig;
 use leadscrew_machine::explain::{Committed, PlannedMove};
-use leadscrew_machine::tool::spindle::SpindleScale;
+use leadscrew_machine::tool::SpindleScale;
 use leadscrew_planner::Coordinate;
 use leadscrew_sim::clock::Cycle;
 use leadscrew_sim::observer::{Observer, StepEvent, Taken};

@@ -1,28 +1,33 @@
 //! The tool: spindle or laser, and the coolant.
 //!
+//! This file says which output is wanted of spindle or laser. It also says which direction and
+//! power go out at rest.
+//!
 //! | file | it says |
 //! |---|---|
-//! | [`beam`] | when a laser is lit |
+//! | [`beam`](mod@beam) | when a laser is lit |
 //! | `scale` | which power an `S` is |
-//! | [`spindle`] | which output is wanted of spindle or laser |
 //! | [`coolant`] | which valves are open |
 //! | `dead_man` | how long a laser stays lit without its sender |
-//! | `output` | which direction and power go out at rest |
 
 pub mod beam;
 pub mod coolant;
-pub mod spindle;
-
 pub(crate) mod dead_man;
-mod output;
 mod scale;
 
-use crate::board::SpindleOutput;
+use crate::board::{Board, SpindleOutput};
+use crate::extension::{Event, Extension};
 use crate::interpreter;
+use crate::machine::Machine;
+use crate::motion::PowerRule;
+use crate::state::State;
+use beam::{beam, may_burn, Beam, Wanted};
 use coolant::Coolant;
 use dead_man::DeadMan;
+use leadscrew_planner::Kinematics;
 use leadscrew_stepper::Power;
-use spindle::{Spindle, SpindleScale};
+
+pub use scale::SpindleScale;
 
 /// Spindle or laser, and coolant: the wishes of program and operator, and the outputs as they are.
 pub(crate) struct Tool {
@@ -57,5 +62,346 @@ impl Tool {
     pub(crate) fn leave_rest(&mut self) {
         self.rest_power = None;
         self.rest_output = None;
+    }
+}
+
+/// The tool follows the state: the laser's gate, and the output of spindle or laser at rest.
+///
+/// [`Machine::enter`] is the only writer of the state, [`Machine::put_out_tool`] the only place
+/// where power comes on out of motion. The rule for a laser is in [`beam`](mod@beam).
+impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
+where
+    K: Kinematics<AXES, MOTORS> + Clone,
+    X: Extension<AXES>,
+{
+    /// Changes the state, and the laser's gate with it.
+    pub(crate) fn enter(&mut self, state: State) {
+        self.history.leaves(self.state);
+        self.state = state;
+        self.set_gate();
+        self.tell_extension(Event::Enters(state));
+    }
+
+    /// Opens or shuts the laser's gate, as the state wants it. After a switch has stopped the
+    /// machine, the gate stays shut until the main loop has dealt with that edge, which it may not
+    /// have seen yet.
+    pub(crate) fn set_gate(&mut self) {
+        let shut = self.tool.spindle.is_shut(self.state);
+        if shut != self.motion.shared.is_laser_off() {
+            self.motion.shared.set_laser_off(shut);
+        }
+        // Looked at after the gate was set: an edge in between is seen here, and the interrupt
+        // shuts the gate for a later one.
+        if self.switches.inputs.edges().stops() != self.switches.edges.stops() {
+            self.motion.shared.set_laser_off(true);
+        }
+    }
+
+    /// Puts out the direction and the power that belong to the state, while motion rests. Main
+    /// loop.
+    pub(crate) fn put_out_tool<B: Board>(&mut self, board: &mut B) {
+        if !self.motion.is_at_rest() {
+            return;
+        }
+        let output = self.tool.spindle.output(self.state);
+        if self.tool.rest_output != Some(output) {
+            board.set_spindle(output);
+            self.tool.rest_output = Some(output);
+        }
+        let power = self.power_at_rest();
+        // Moves that wait bring their own power along; until they begin, no laser lights up for
+        // them.
+        let of_moves =
+            self.tool.spindle.is_laser() && power != Power::OFF && !self.motion.is_idle();
+        if !of_moves && self.tool.rest_power != Some(power) {
+            board.set_power(power);
+            self.tool.rest_power = Some(power);
+            // A switch may have shut the gate since the power was computed.
+            if self.motion.shared.is_laser_off() {
+                board.set_power(Power::OFF);
+                self.tool.rest_power = None;
+            }
+        }
+    }
+
+    /// The power while motion rests.
+    pub(crate) fn power_at_rest(&self) -> Power {
+        if self.motion.shared.is_laser_off() {
+            Power::OFF
+        } else {
+            self.tool.spindle.power_at_rest(self.state)
+        }
+    }
+
+    /// Switches the spindle off, and its power at once: M5, until a line says otherwise.
+    pub(crate) fn switch_spindle_off<B: Board>(&mut self, board: &mut B) {
+        self.program.interpreter.stop_spindle();
+        self.want_spindle(interpreter::Spindle::default());
+        self.tool.spindle.restore();
+        self.update_power();
+        board.set_power(Power::OFF);
+        self.tool.rest_power = None;
+        board.set_spindle(SpindleOutput::Off);
+        self.tool.rest_output = None;
+    }
+
+    /// Gives the segments made from now on the power that the spindle is to have.
+    pub(crate) fn update_power(&mut self) {
+        let rule = if self.tool.spindle.is_laser() {
+            PowerRule::Laser {
+                percent: self.overrides.spindle,
+            }
+        } else {
+            PowerRule::Spindle(self.tool.spindle.power())
+        };
+        self.motion.set_power_rule(rule);
+    }
+}
+
+/// The spindle, or the laser in its place: the output that is wanted, and the reason that keeps it
+/// off for now.
+#[derive(Clone, Copy, PartialEq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Spindle {
+    wanted: Wanted,
+    /// Override, percent.
+    percent: u8,
+    /// Kept off by the door, 0x9E or an M code that is set aside, whatever is wanted.
+    suspended: bool,
+    /// `Some` while it stands until the next move or spindle command: the speed that reports show
+    /// meanwhile, RPM.
+    stands_at: Option<f32>,
+    scale: SpindleScale,
+    /// A laser stands in its place (`$32`).
+    laser: bool,
+}
+
+impl Spindle {
+    /// Makes a spindle that stands.
+    pub fn new(scale: SpindleScale, laser: bool) -> Self {
+        Self {
+            wanted: Wanted {
+                output: SpindleOutput::Off,
+                speed: 0.0,
+                cutting: false,
+            },
+            percent: 100,
+            suspended: false,
+            stands_at: None,
+            scale,
+            laser,
+        }
+    }
+
+    /// Puts new settings into effect.
+    pub fn configure(&mut self, scale: SpindleScale, laser: bool) {
+        self.scale = scale;
+        self.laser = laser;
+    }
+
+    /// Notes the wanted state from now on; moves bring the power of a laser along.
+    pub fn want(&mut self, wanted: Wanted) {
+        self.stands_at = None;
+        self.wanted = wanted;
+    }
+
+    /// Stops until the next move or spindle command wants something; reports show `speed`
+    /// meanwhile, RPM.
+    pub fn stand(&mut self, speed: f32) {
+        self.stands_at = Some(speed);
+    }
+
+    /// Whether it waits for the next move or spindle command.
+    pub fn stands(&self) -> bool {
+        self.stands_at.is_some()
+    }
+
+    /// Sets the override in percent.
+    pub fn set_override(&mut self, percent: u8) {
+        self.percent = percent;
+    }
+
+    /// Switches off until [`Spindle::restore`]; the wanted state is kept.
+    pub fn suspend(&mut self) {
+        self.suspended = true;
+    }
+
+    /// Switches the wanted state on again.
+    pub fn restore(&mut self) {
+        self.suspended = false;
+    }
+
+    /// Whether the laser's gate is to be shut.
+    pub fn is_shut(&self, state: State) -> bool {
+        self.laser && (self.suspended || !may_burn(state))
+    }
+
+    /// The direction to put out.
+    pub fn output(&self, state: State) -> SpindleOutput {
+        if self.suspended || self.stands() || self.is_shut(state) {
+            SpindleOutput::Off
+        } else {
+            self.wanted.output
+        }
+    }
+
+    /// Whether a laser stands in the spindle's place.
+    pub fn is_laser(&self) -> bool {
+        self.laser
+    }
+
+    /// Whether it is meant to be on.
+    pub fn is_wanted(&self) -> bool {
+        self.wanted.output != SpindleOutput::Off
+    }
+
+    /// Whether it is kept off, although it may be wanted.
+    pub fn is_suspended(&self) -> bool {
+        self.suspended
+    }
+
+    /// The direction, while the wanted speed is above 0; off otherwise.
+    pub fn accessory(&self) -> SpindleOutput {
+        self.turning_at(self.wanted_speed())
+    }
+
+    /// The direction, as reports show it (`A:S`, `A:C`), at a speed in RPM: a laser that is dark
+    /// does not turn.
+    pub fn turning_at(&self, speed: f32) -> SpindleOutput {
+        if speed > 0.0 && !self.stands() {
+            self.wanted.output
+        } else {
+            SpindleOutput::Off
+        }
+    }
+
+    /// The speed as reports show it, RPM. A laser's speed follows the power that is put out, `out`,
+    /// not `S`.
+    pub fn reported_speed(&self, out: Power) -> f32 {
+        match self.stands_at {
+            Some(speed) => speed,
+            None if !self.laser || out == self.power() => self.actual_speed(),
+            None => self.scale.speed(out),
+        }
+    }
+
+    /// The beam of a move with this command to the laser, without the override.
+    pub fn beam_of_move(&self, wanted: Wanted) -> Beam {
+        wanted.beam(100, &self.scale)
+    }
+
+    /// The power of a spindle in motion and at rest.
+    pub fn power(&self) -> Power {
+        self.scale.power(self.wanted_speed())
+    }
+
+    /// The power at rest.
+    pub fn power_at_rest(&self, state: State) -> Power {
+        if !self.laser {
+            return self.power();
+        }
+        match beam(state, self.wanted, self.percent, &self.scale) {
+            Beam::Constant(_) if self.stands() => Power::OFF,
+            Beam::Constant(power) => power,
+            Beam::WithSpeed(_) | Beam::Dark => Power::OFF,
+        }
+    }
+
+    /// The speed that is put out now, between `$31` and `$30`; 0 while off. RPM.
+    pub fn actual_speed(&self) -> f32 {
+        self.scale.within(self.wanted_speed())
+    }
+
+    /// The speed that is wanted now, with the override; 0 while off. RPM.
+    fn wanted_speed(&self) -> f32 {
+        if self.suspended || self.stands() || !self.is_wanted() {
+            return 0.0;
+        }
+        self.wanted.speed * f32::from(self.percent) / 100.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use leadscrew_stepper::PowerScale;
+
+    const GRBL: SpindleScale = SpindleScale {
+        max: 1000.0,
+        min: 0.0,
+    };
+
+    fn clockwise(speed: f32) -> Wanted {
+        Wanted {
+            output: SpindleOutput::Clockwise,
+            speed,
+            cutting: false,
+        }
+    }
+
+    #[test]
+    fn power_is_in_proportion_between_the_two_settings() {
+        assert_eq!(GRBL.power(0.0), Power::OFF);
+        assert_eq!(GRBL.power(500.0).level(PowerScale::new(1000)), 500);
+        assert_eq!(GRBL.power(1000.0), Power::FULL);
+        assert_eq!(GRBL.power(5000.0), Power::FULL);
+    }
+
+    #[test]
+    fn a_speed_at_or_below_the_least_gives_the_least_power() {
+        let scale = SpindleScale {
+            max: 1000.0,
+            min: 200.0,
+        };
+        assert_eq!(scale.power(1.0), scale.power(200.0));
+        assert!(scale.power(1.0) > Power::OFF);
+    }
+
+    #[test]
+    fn where_the_settings_are_not_in_order_any_speed_is_full_power() {
+        for (max, min) in [(0.0, 100.0), (0.0, 0.0), (100.0, 100.0)] {
+            let mut spindle = Spindle::new(SpindleScale { max, min }, false);
+            spindle.want(clockwise(1.0));
+            assert_eq!(spindle.power(), Power::FULL, "$30={max} $31={min}");
+            assert_eq!(spindle.accessory(), SpindleOutput::Clockwise);
+            assert_eq!(spindle.reported_speed(spindle.power()), max);
+            spindle.want(clockwise(0.0));
+            assert_eq!(spindle.power(), Power::OFF, "$30={max} $31={min}");
+        }
+    }
+
+    #[test]
+    fn a_speed_out_of_range_is_reported_as_it_is_put_out() {
+        let scale = SpindleScale {
+            max: 100.0,
+            min: 10.0,
+        };
+        let mut spindle = Spindle::new(scale, false);
+        for (speed, reported) in [(5.0, 10.0), (50.0, 50.0), (200.0, 100.0), (0.0, 0.0)] {
+            spindle.want(clockwise(speed));
+            assert_eq!(
+                spindle.reported_speed(spindle.power()),
+                reported,
+                "S{speed}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_spindle_turns_in_every_state_and_a_laser_follows_the_beam() {
+        let wanted = Wanted {
+            cutting: true,
+            ..clockwise(1000.0)
+        };
+        for (laser, state, power, output) in [
+            (true, State::Idle, Power::FULL, SpindleOutput::Clockwise),
+            (true, State::Check, Power::OFF, SpindleOutput::Off),
+            (false, State::Check, Power::FULL, SpindleOutput::Clockwise),
+        ] {
+            let mut spindle = Spindle::new(GRBL, laser);
+            spindle.want(wanted);
+            assert_eq!(spindle.power_at_rest(state), power, "{laser} {state:?}");
+            assert_eq!(spindle.output(state), output, "{laser} {state:?}");
+        }
     }
 }
