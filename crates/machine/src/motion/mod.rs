@@ -10,6 +10,8 @@
 //! There are two queues of moves. The program may be held half-way through a move, while a cycle
 //! (parking) moves the machine aside and back again with the other queue. Only one queue feeds the
 //! step interrupt at a time.
+//!
+//! Motion out of rest waits for lines that come together ([`Start`]).
 
 mod drivers;
 mod feed;
@@ -17,7 +19,6 @@ mod feeder;
 mod place;
 mod power;
 mod reserve;
-mod start;
 
 use crate::board::{Duration, Instant};
 use crate::config::{MoveQueues, SegmentSender, ASIDE_MOVES};
@@ -32,7 +33,6 @@ use leadscrew_stepper::{OutputChange, Power, Shared};
 pub(crate) use feeder::Hunger;
 pub(crate) use power::PowerRule;
 use reserve::Reserve;
-use start::{Start, DEPTH};
 
 /// A planner and the segmenter of its moves.
 struct Track<'a, K, const AXES: usize, const MOTORS: usize> {
@@ -354,6 +354,114 @@ where
     }
 }
 
+/// The number of planned moves with which motion begins; with fewer, no line waits for its answer.
+/// Grbl plans as many.
+const DEPTH: usize = 15;
+
+/// Motion begins after a silence of this length: the time of two characters at 115 200 baud, in
+/// which a byte on its way is heard.
+const SILENCE: Duration = Duration::from_ticks(200);
+
+/// No sender waits for motion longer than this.
+const LONGEST: Duration = Duration::from_ticks(5_000);
+
+/// The conditions that motion waits for: this silence, this number of moves, or this time.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct Patience {
+    silence: Duration,
+    moves: usize,
+    longest: Option<Duration>,
+}
+
+/// Whether motion may begin.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Phase {
+    /// The line under way has more moves to come: motion waits until enough are planned.
+    MoreToCome,
+    /// Lines may still come: motion waits until this instant.
+    Until(Instant),
+    /// Motion has begun, or need not wait.
+    Over,
+}
+
+/// The wait before the program's motion. It says when motion begins out of rest: lines that a
+/// sender sends together are planned together.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct Start {
+    patience: Patience,
+    phase: Phase,
+    /// When the wait is over at the latest.
+    latest: Option<Instant>,
+}
+
+impl Start {
+    /// A start without anything that waits. `silence`: `$701`, 0 for as little as Grbl waits.
+    fn new(silence: Duration) -> Self {
+        let as_grbl = Patience {
+            silence: SILENCE,
+            moves: DEPTH,
+            longest: Some(LONGEST),
+        };
+        let patience = Patience {
+            silence,
+            moves: usize::MAX,
+            longest: None,
+        };
+        Self {
+            patience: match silence.ticks() {
+                0 => as_grbl,
+                _ => patience,
+            },
+            phase: Phase::Over,
+            latest: None,
+        }
+    }
+
+    /// Notes that a move was planned. `begins`: it is the first one after rest. `more`: its line
+    /// has further moves.
+    fn planned(&mut self, begins: bool, more: bool, now: Instant) {
+        if begins {
+            self.latest = self.patience.longest.map(|longest| now + longest);
+        } else if self.phase == Phase::Over {
+            return;
+        }
+        self.phase = match more {
+            true => Phase::MoreToCome,
+            false => Phase::Until(now + self.patience.silence),
+        };
+    }
+
+    /// Puts motion off: a line has come that has not been carried out yet, or is coming.
+    fn put_off(&mut self, now: Instant) {
+        if let Phase::Until(instant) = &mut self.phase {
+            *instant = now + self.patience.silence;
+        }
+    }
+
+    /// Ends the wait.
+    fn release(&mut self) {
+        self.phase = Phase::Over;
+    }
+
+    /// When the wait is over by itself.
+    fn ends_at(&self) -> Option<Instant> {
+        match (self.phase, self.latest) {
+            (Phase::Until(instant), Some(latest)) => Some(instant.min(latest)),
+            (Phase::Until(instant), None) => Some(instant),
+            (Phase::MoreToCome | Phase::Over, _) => None,
+        }
+    }
+
+    /// Whether motion may begin with `moves` planned.
+    fn is_over(&mut self, moves: usize, now: Instant) -> bool {
+        let enough = moves >= self.patience.moves;
+        if enough || self.ends_at().is_some_and(|end| now >= end) {
+            self.release();
+        }
+        self.phase == Phase::Over
+    }
+}
+
 /// The configuration of the queue for cycles.
 fn aside<const AXES: usize>(config: Config<AXES>) -> Config<AXES> {
     Config {
@@ -362,3 +470,6 @@ fn aside<const AXES: usize>(config: Config<AXES>) -> Config<AXES> {
         ..config
     }
 }
+
+#[cfg(test)]
+mod tests;
