@@ -13,25 +13,20 @@
 //!
 //! Motion out of rest waits for lines that come together ([`Start`]).
 
-mod drivers;
 mod feed;
-mod feeder;
 mod place;
-mod power;
 mod reserve;
 
 use crate::board::{Duration, Instant};
 use crate::config::{MoveQueues, SegmentSender, ASIDE_MOVES};
-use drivers::Drivers;
-use feeder::Feeder;
+use feed::{Drivers, Feeder};
 use leadscrew_planner::{
     Ahead, Config, ConfigError, Coordinate, CornerRule, Curve, Kinematics, Move, Outline,
     Overrides, PixelQueue, Planner, PowerLead, PushError, Pushed, Segmenter, LONGEST_LEAD,
 };
 use leadscrew_stepper::{OutputChange, Power, Shared};
 
-pub(crate) use feeder::Hunger;
-pub(crate) use power::PowerRule;
+pub(crate) use feed::{Hunger, PowerRule};
 use reserve::Reserve;
 
 /// A planner and the segmenter of its moves.
