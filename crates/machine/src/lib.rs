@@ -21,7 +21,6 @@ pub mod explain;
 mod explanation;
 pub mod extension;
 mod hard_limits;
-mod history;
 pub mod home;
 pub mod inputs;
 mod lines;
