@@ -129,8 +129,8 @@ where
     }
 }
 
-/// The rule that makes the power which goes out of the power that a segment was planned with.
-/// It acts before the segment is committed. The spindle override acts here.
+/// The rule that makes the power which goes out of the power that a segment was planned with. It
+/// acts before the segment is committed: the spindle override acts here.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum PowerRule {
     /// A spindle: this power in motion and at rest, whatever the moves were planned with.
@@ -198,8 +198,8 @@ const CROWDED: Duration = Duration::from_ticks(4);
 /// ```
 const ROUNDED_OFF: u32 = 4;
 
-/// The main loop's end of the segment queue: hands segments to the step interrupt, no more than 2 ms
-/// of them, and starts it out of rest. Main loop.
+/// The main loop's end of the segment queue: hands segments to the step interrupt, no more than
+/// 2 ms of them, and starts it out of rest. Main loop.
 ///
 /// A segment in the queue cannot be changed any more: a hold, an override or a cancel takes effect
 /// after it. The time committed is the rest of the segment under way and all segments that wait:
@@ -429,8 +429,8 @@ fn passed(instant: u32, now: u32) -> u32 {
 /// `$1=255` keeps motors enabled.
 const ALWAYS: u32 = 255;
 
-/// Motor drivers: enabled before the first step, disabled some time after the last (`$1`). This says
-/// whether they are enabled, and since when they are not needed.
+/// Motor drivers: enabled before the first step, disabled some time after the last (`$1`). This
+/// says whether they are enabled, and since when they are not needed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(crate) struct Drivers {

@@ -378,8 +378,8 @@ impl<'a> Output<'a> {
         let _ = fmt::Write::write_str(self, "ok\r\n");
     }
 
-    /// Hands `write` as many bytes as it takes; returns their number. `write` answers how many of the
-    /// bytes it took.
+    /// Hands `write` as many bytes as it takes; returns their number. `write` answers how many of
+    /// the bytes it took.
     pub fn flush(&mut self, mut write: impl FnMut(&[u8]) -> usize) -> u32 {
         let (first, second) = self.waiting.as_slices();
         let mut sent = write(first);
