@@ -167,7 +167,8 @@ fn machine(elf: &Path) -> Command {
 }
 
 /// The flags with which the programs are compiled and linked.
-const FLAGS: &str = "-C link-arg=-Tlink.x -C link-arg=--nmagic -C llvm-args=-inline-threshold=70";
+const FLAGS: &str = "-C link-arg=-Tlink.x -C link-arg=--nmagic \
+                     -C llvm-args=-inline-threshold=70 -C target-cpu=cortex-m4";
 
 /// The version of the plugin interface that the installed QEMU requires.
 fn plugin_interface() -> Result<u32, Failure> {

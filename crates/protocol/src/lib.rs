@@ -24,11 +24,6 @@ pub mod system_command;
 
 pub use leadscrew_interpreter::status;
 
-/// The output that waits to be sent on one serial line.
-pub mod output {
-    pub use crate::serial::{Output, LEAST_TX};
-}
-
 /// The examples of the package's README, run as tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
