@@ -10,7 +10,7 @@ use crate::{
     step_interrupt::{self, SHARED},
     step_port, supply,
     switches::{self, Filter},
-    wake, watchdog,
+    watchdog,
 };
 use core::{iter, mem::MaybeUninit};
 use defmt_rtt as _;
@@ -215,7 +215,7 @@ mod app {
             if !next.busy && !unsaved {
                 let latest = now + LONGEST_SLEEP;
                 clock.wake_at(next.when.map_or(latest, |when| when.min(latest)));
-                wake::sleep();
+                clock::sleep();
             }
         }
     }
@@ -242,7 +242,7 @@ mod app {
     #[task(binds = OTG_FS, priority = 12, local = [usb])]
     fn packet(cx: packet::Context) {
         if cx.local.usb.as_mut().is_some_and(|usb| usb.on_interrupt()) {
-            wake::wake();
+            clock::wake();
         }
     }
 

@@ -52,7 +52,6 @@ mod switches;
 #[cfg(all(target_os = "none", tool_switches))]
 mod tool;
 #[cfg(target_os = "none")]
-mod wake;
 #[cfg(target_os = "none")]
 mod watchdog;
 

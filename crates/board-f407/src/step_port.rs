@@ -27,12 +27,11 @@ mod recorded;
 mod wired;
 
 use crate::{
-    clock::APB1_TIMER_HZ,
+    clock::{wake, APB1_TIMER_HZ},
     fast_memory::placed,
     profile::MOTORS,
     pwm,
     registers::{pulse_timer, tick_timer},
-    wake::wake,
 };
 use core::sync::atomic::{AtomicBool, AtomicU32, AtomicU8, Ordering::Relaxed};
 use leadscrew_machine::board::PortConfig;

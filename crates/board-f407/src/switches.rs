@@ -17,7 +17,12 @@ mod recorded;
 mod wired;
 
 use crate::{
-    chip::Bank, clock, fast_memory::placed, profile::MOTORS, pwm, registers::Word, wake::wake,
+    chip::Bank,
+    clock::{self, wake},
+    fast_memory::placed,
+    profile::MOTORS,
+    pwm,
+    registers::Word,
 };
 use core::sync::atomic::{AtomicU16, AtomicU32, Ordering::Relaxed};
 use leadscrew_machine::{board::Switches, inputs::Inputs};

@@ -149,6 +149,15 @@ where
         self.program.interpreter.serves_operator(line, &context)
     }
 
+    /// Answers a line on its channel; a startup line on all.
+    pub(crate) fn answer(&mut self, origin: Origin, result: Result<(), Status>) {
+        match origin {
+            Origin::Channel(id) => self.console.answer(id, result),
+            Origin::Startup(line) => self.answer_startup(line, result),
+            Origin::Nobody => {}
+        }
+    }
+
     /// Answers a line with an error. Its text is sent, too, where a setting asks for texts, and for
     /// an extension's error, whose number no sender knows.
     pub(crate) fn refuse(&mut self, origin: Origin, fault: Fault) {

@@ -1,6 +1,5 @@
 //! Power-up, soft reset and alarms: the ways into a known state.
 
-use crate::activity::line::Origin;
 use crate::board::{Board, ChannelId, CoolantOutput, Instant};
 use crate::console::Discard;
 use crate::extension::{Event, Extension};
@@ -155,15 +154,6 @@ where
         self.switch_spindle_off(board);
         self.tool.coolant.restore(board);
         self.set_coolant(CoolantOutput::default(), board);
-    }
-
-    /// Answers a line on its channel; a startup line on all.
-    pub(crate) fn answer(&mut self, origin: Origin, result: Result<(), Status>) {
-        match origin {
-            Origin::Channel(id) => self.console.answer(id, result),
-            Origin::Startup(line) => self.answer_startup(line, result),
-            Origin::Nobody => {}
-        }
     }
 
     /// Takes the place of the motors as the end of the path, from which the program goes on.

@@ -244,6 +244,25 @@ where
         self.start.put_off(now);
     }
 
+    /// Whether no step is made and none is committed. A hold that was asked for is then complete.
+    pub(crate) fn is_at_rest(&self) -> bool {
+        self.feeder.is_at_rest() && self.lead.is_empty()
+    }
+
+    /// Whether all moves of the program have been made.
+    pub(crate) fn is_idle(&self) -> bool {
+        self.is_at_rest() && self.is_program_idle()
+    }
+
+    /// Whether all moves of a cycle have been made.
+    pub(crate) fn is_aside_idle(&self) -> bool {
+        self.is_at_rest() && self.aside.planner.is_empty() && self.aside.segmenter.is_idle()
+    }
+
+    pub(super) fn is_program_idle(&self) -> bool {
+        self.program.planner.is_empty() && self.program.segmenter.is_idle()
+    }
+
     /// When motion begins by itself, if it waits for lines.
     pub(crate) fn starts_at(&self) -> Option<Instant> {
         self.start

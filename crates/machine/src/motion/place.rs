@@ -1,4 +1,4 @@
-//! Where the motors are, and whether they rest.
+//! Where the motors are, and how long they have yet to go.
 
 use super::Motion;
 use leadscrew_planner::{Coordinate, Kinematics, TimeLeft};
@@ -49,21 +49,6 @@ where
         self.program.planner.kinematics().sharing()
     }
 
-    /// Whether no step is made and none is committed. A hold that was asked for is then complete.
-    pub(crate) fn is_at_rest(&self) -> bool {
-        self.feeder.is_at_rest() && self.lead.is_empty()
-    }
-
-    /// Whether all moves of the program have been made.
-    pub(crate) fn is_idle(&self) -> bool {
-        self.is_at_rest() && self.is_program_idle()
-    }
-
-    /// Whether all moves of a cycle have been made.
-    pub(crate) fn is_aside_idle(&self) -> bool {
-        self.is_at_rest() && self.aside.planner.is_empty() && self.aside.segmenter.is_idle()
-    }
-
     /// Begins to add up how long the program's queue takes.
     pub(crate) fn time_left(&self) -> TimeLeft {
         self.program.planner.time_left(&self.program.segmenter)
@@ -72,9 +57,5 @@ where
     /// Adds up some more moves; answers whether more are left.
     pub(crate) fn add_time(&self, left: &mut TimeLeft) -> bool {
         self.program.planner.add_time(left)
-    }
-
-    pub(super) fn is_program_idle(&self) -> bool {
-        self.program.planner.is_empty() && self.program.segmenter.is_idle()
     }
 }

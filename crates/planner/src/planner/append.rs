@@ -1,7 +1,8 @@
 //! A target becomes steps, then a move with its limits, and the move joins the queue.
 //!
 //! The move joins as the next pixel of a row, as the end of the last move, or by itself. It waits
-//! in the window until the turn at its start is known.
+//! in the window until the turn at its start is known. The time of the moves that wait is kept up to
+//! date.
 
 use super::Planner;
 use crate::config::{SpeedUnit, DECIMALS, PIXELS_A_SECOND, SLOWEST};
@@ -11,7 +12,7 @@ use crate::path::row::{is_gap, is_short, Row};
 use crate::path::short::Short;
 use crate::path::{Piece, Turn, When};
 use crate::real::{max, min, norm2, sqrt, worst};
-use crate::{Coordinate, CornerRule, Curve, Feed, Kinematics, Move, MoveKind, Overrides};
+use crate::{Config, Coordinate, CornerRule, Curve, Feed, Kinematics, Move, MoveKind, Overrides};
 
 // Between axes and motors: the end of the queue, and the steps of a target.
 impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
@@ -377,4 +378,77 @@ fn begin<const AXES: usize, const MOTORS: usize>(
     let nominal = nominal(overrides, of);
     of.cap = cap(unit, before, nominal, of.corner);
     nominal
+}
+
+/// The sum of the least times of the moves that wait, kept up to date as moves come and go. It
+/// decides whether more moves are wanted.
+#[derive(Debug)]
+pub(super) struct Backlog {
+    micros: u64,
+    /// The highest speed that any path can have, mm/s.
+    fastest: f32,
+}
+
+impl Backlog {
+    /// Nothing waits.
+    pub(super) fn new<const AXES: usize>(config: &Config<AXES>) -> Self {
+        Self {
+            micros: 0,
+            fastest: sqrt(norm2(&config.max_rate)),
+        }
+    }
+
+    /// Replaces the time of one move (µs) by the time of another. `None` stands for no move.
+    fn replace(&mut self, old: Option<u32>, new: Option<u32>) {
+        self.micros += u64::from(new.unwrap_or(0));
+        self.micros = self.micros.saturating_sub(old.unwrap_or(0).into());
+    }
+
+    /// The least time of a move at 100 %, µs. It uses only values that do not change while the move
+    /// waits.
+    pub(super) fn micros<const AXES: usize, const MOTORS: usize>(
+        &self,
+        planned: &PlannedMove<AXES, MOTORS>,
+    ) -> u32 {
+        let speed = max(min(planned.feed, self.fastest), SLOWEST);
+        (planned.length / speed * 1e6) as u32
+    }
+}
+
+impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
+where
+    K: Kinematics<AXES, MOTORS>,
+{
+    /// The least time of the moves that wait after the running one, µs, at 100 % of the speed asked
+    /// for.
+    pub const fn waiting_micros(&self) -> u64 {
+        self.backlog.micros
+    }
+
+    /// The line number of the first move that waits.
+    pub fn next_line_number(&self) -> Option<u32> {
+        self.queue.next_queued()?.line_number()
+    }
+
+    /// Queues a move. The caller has checked that there is room.
+    pub(super) fn queue_newest(&mut self, planned: &PlannedMove<AXES, MOTORS>) {
+        self.backlog
+            .replace(None, Some(self.backlog.micros(planned)));
+        self.queue.push(planned);
+    }
+
+    /// Replaces the newest move by the same move made longer.
+    pub(super) fn lengthen_newest(&mut self, longer: PlannedMove<AXES, MOTORS>) {
+        let shorter = self.queue.newest().map(|of| self.backlog.micros(of));
+        self.backlog
+            .replace(shorter, Some(self.backlog.micros(&longer)));
+        self.queue.lengthen_last(longer);
+    }
+
+    /// Notes that a move does not wait any more.
+    pub(super) fn note_started(&mut self) {
+        let started = self.queue.running();
+        let micros = started.map(|started| self.backlog.micros(started));
+        self.backlog.replace(micros, None);
+    }
 }

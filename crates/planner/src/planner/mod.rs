@@ -1,7 +1,6 @@
 //! Queues moves as planned moves: steps, limits along the move, corners.
 
 mod append;
-mod backlog;
 mod overrides;
 #[cfg(test)]
 mod tests;
@@ -18,7 +17,7 @@ use crate::path::{When, Window};
 use crate::real::{min, sqrt};
 use crate::space::axis_limits::{AxisLimits, Course, Whereabouts};
 use crate::{Config, ConfigError, Coordinate, Kinematics, Move, Overrides};
-use backlog::Backlog;
+use append::Backlog;
 use core::fmt;
 use leadscrew_stepper::{Line, LineError};
 

@@ -1,8 +1,8 @@
-//! Steps, limits along the line, room, overrides.
+//! Steps, limits along the line, room, the time that waits, overrides.
 
 use super::*;
 use crate::config::SLOWEST;
-use crate::reference::{pixels, queue, to};
+use crate::reference::{pixels, queue, to, Rig, RigQueue};
 use crate::{
     Cartesian, CoreXy, CornerRule, Curve, Feed, Ganged, MoveKind, MovePower, Queue, StepsPerMm,
     NANOS_PER_MM,
@@ -302,4 +302,61 @@ proptest! {
             prop_assert_eq!(planner.position(), steps);
         }
     }
+}
+
+/// The sum from the queue itself, one move after the other, µs.
+fn counted(rig: &Rig<'_>) -> u64 {
+    let waiting = rig.planner.len() - usize::from(rig.planner.queue.running().is_some());
+    let moves = rig.planner.queue.latest().take(waiting);
+    moves
+        .map(|of| u64::from(rig.planner.backlog.micros(of)))
+        .sum()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+
+    /// The sum stays right, whatever moves are merged, joined and started.
+    #[test]
+    fn the_sum_is_that_of_the_moves_that_wait(
+        points in prop::collection::vec((-2.0f64..2.0, 0.001f64..2.0, 1u8..4, 0.5f32..900.0), 1..80),
+        plays in prop::collection::vec(0usize..6, 80), pixels in (0usize..2).prop_map(|rows| 64 * rows),
+    ) {
+        let mut queue = RigQueue::new();
+        let mut rig = Rig::new(Config { pixels, ..Config::default() }, &mut queue);
+        let mut x = 0.0;
+        for ((y, step, level, feed), plays) in points.into_iter().zip(plays) {
+            x += step;
+            let mut next = to(x, if level == 1 { 0.0 } else { y }, feed);
+            let power = leadscrew_stepper::Power::from_share(fixed::types::U1F31::from_num(f64::from(level) / 4.0));
+            next.power = MovePower::Constant { power };
+            rig.planner.push(&next).unwrap();
+            (0..plays).for_each(|_| { rig.step(); });
+            prop_assert_eq!(rig.planner.waiting_micros(), counted(&rig));
+        }
+        while rig.step().is_some() {}
+        prop_assert_eq!(rig.planner.waiting_micros(), 0);
+    }
+}
+
+#[test]
+fn a_millimetre_at_ten_millimetres_a_second_takes_a_tenth_of_a_second() {
+    let mut queue = RigQueue::new();
+    let mut rig = Rig::new(
+        Config {
+            max_rate: [100.0; 2],
+            ..Config::default()
+        },
+        &mut queue,
+    );
+    for k in 1..=3 {
+        rig.planner.push(&to(f64::from(k), 0.0, 10.0)).unwrap();
+    }
+    let waits = rig.planner.waiting_micros();
+    assert!((299_990..=300_000).contains(&waits), "{waits}");
+    rig.step();
+    let waits = rig.planner.waiting_micros();
+    assert!((199_990..=200_000).contains(&waits), "{waits}");
+    rig.planner.clear();
+    assert_eq!(rig.planner.waiting_micros(), 0);
 }
