@@ -7,7 +7,7 @@ use leadscrew_machine::settings::table::Setting;
 use leadscrew_machine::settings::values::StepLimits;
 use leadscrew_machine::settings::values::{Entry, Key, Settings};
 use leadscrew_sim::clock::seconds;
-use leadscrew_sim::powered::MOST_AXES;
+use leadscrew_sim::profile::MOST_AXES;
 use leadscrew_sim::speed_profile::{Limit, Share, Slow, SpeedLimit};
 use std::collections::BTreeSet;
 

@@ -11,12 +11,12 @@ use crate::{
     instruction::Width,
     memory::{Memory, Region, Unfinished, FLASH},
     peripheral::{
+        iwdg,
         nvic::{Exception, Nvic},
         rcc::{Clocks, ResetCause},
         scb::Scb,
     },
     record::{Cause, Duty, Edge, FlashOperation, Match, Pin, Profile, Profiler, Service, Tamper},
-    registers::DBG_IWDG_STOP,
     timing::Timing,
     trap::{Stop, Trap},
     turns::{Spent, Turns},
@@ -321,7 +321,7 @@ impl Machine {
     /// DBGMCU_APB1_FZ says whether the watchdog does (RM0090 section 38.16.4). Ends early if the
     /// watchdog resets the chip. Not modelled: the other peripherals that this register stops.
     pub fn halt(&mut self, cycles: u64) {
-        if self.freeze_apb1 & DBG_IWDG_STOP != 0 {
+        if self.freeze_apb1 & iwdg::DBG_STOP != 0 {
             self.devices.iwdg.stand_still(cycles);
             self.reschedule();
         }

@@ -29,8 +29,6 @@ const MEMRMP: u32 = 0;
 
 /// DBGMCU_APB1_FZ (RM0090 section 38.16.4).
 const DBGMCU_APB1_FZ: u32 = 0xE004_2008;
-/// The watchdog's clock stands still while a debugger stops the core.
-pub(crate) const DBG_IWDG_STOP: u32 = 1 << 12;
 
 /// A peripheral, by its place in `Devices`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -424,7 +422,7 @@ const FAULTS: [(u32, Exception); 3] = [
 fn is_modelled_here(address: u32, value: u32) -> bool {
     match address {
         SCR => value & SLEEPDEEP == 0,
-        DBGMCU_APB1_FZ => value & !DBG_IWDG_STOP == 0,
+        DBGMCU_APB1_FZ => value & !iwdg::DBG_STOP == 0,
         0xE000_ED90..=0xE000_EDBF => false,
         0xE000_1000..=0xE000_1FFF | 0xE000_E000..=0xE000_EFFF => true,
         _ => false,

@@ -62,7 +62,8 @@ mod word;
 
 pub use block::{parse, Block, DEFAULT_WORDS};
 pub use error::{Error, ErrorKind};
-pub use word::{leading_number, words, Letter, Number, Word, Words};
+pub use line::{leading_number, words, Words};
+pub use word::{Letter, Number, Word};
 
 /// The examples of the package's README, run as tests.
 #[cfg(doctest)]

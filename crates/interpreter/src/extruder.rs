@@ -8,9 +8,10 @@
 //! A machine with three axes has none, and is built without this.
 
 use super::code::Code;
+use super::code::Group;
 use super::context::Context;
 use super::modal_state::Distance;
-use super::words::{Block, Group};
+use super::words::Block;
 use crate::axes::{self, AxisKind, WITHOUT_EXTRUDER};
 use crate::Status;
 use leadscrew_gcode::{Letter, Number};

@@ -1,7 +1,7 @@
 //! Faults of a line, and their places.
 
 use super::code::Code;
-use super::words::Letters;
+use super::code::Letters;
 use crate::Status;
 use core::fmt;
 use leadscrew_gcode::{words, Error, ErrorKind, Letter, Word};

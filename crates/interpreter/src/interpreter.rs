@@ -1,35 +1,20 @@
-//! The interpreter: it reads a line, checks it, and commits it.
+//! The interpreter reads a line, checks it, and commits it.
 //!
-//! The interpreter holds the state that lines leave to each other. To commit a checked line is to
-//! carry it out: state, offsets and position change, and commands come out. Nothing there can fail.
+//! To commit a checked line is to carry it out: state, offsets and position change, and commands
+//! come out. Nothing there can fail.
 
 use super::check::{Check, Effect, Path, Plan, Purpose};
+use super::code::Group;
 use super::command::{Command, Commands, Feed, OffsetId, Spindle, Travel};
 use super::context::Context;
 use super::cycle::holes::Cycle;
 use super::cycle::series::Series;
 use super::fault::Fault;
-use super::modal_state::{Coolant, FeedMode, ModalState, Motion, Rotation};
-use super::offsets::Offsets;
+use super::modal_state::{FeedMode, ModalState, Motion, Rotation};
+use super::setup::Interpreter;
 use super::takers::Flow;
-use super::words::{Block, Group};
+use super::words::Block;
 use leadscrew_planner::Coordinate;
-
-/// The state that G-code leaves from line to line: modes, offsets, and where the program has got
-/// to.
-///
-/// Its position runs ahead of the machine: it is where the last command ends, exactly, however it
-/// was rounded to steps.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Interpreter<const AXES: usize> {
-    pub(super) modal: ModalState,
-    pub(super) offsets: Offsets<AXES>,
-    /// `offsets.work_offset(modal.system)`, which every line needs.
-    pub(super) work_offset: [Coordinate; AXES],
-    pub(super) position: [Coordinate; AXES],
-    /// The series of cycles under way: `None` in other motion modes.
-    pub(super) series: Option<Series>,
-}
 
 impl<const AXES: usize> Interpreter<AXES> {
     /// Reads a line, checks all of it, and carries it out: replaces `commands` by its commands.
@@ -321,80 +306,4 @@ pub(super) fn spindle(modal: &ModalState) -> Spindle {
 fn push<const AXES: usize>(commands: &mut Commands<AXES>, command: Command<AXES>) {
     let pushed = commands.push(command);
     debug_assert!(pushed.is_ok(), "a line asks for too many commands");
-}
-
-impl<const AXES: usize> Interpreter<AXES> {
-    /// Makes an interpreter as at power-up, at the machine's origin and without offsets.
-    pub fn new() -> Self {
-        Self {
-            modal: ModalState::default(),
-            offsets: Offsets::new(),
-            work_offset: [Coordinate::ZERO; AXES],
-            position: [Coordinate::ZERO; AXES],
-            series: None,
-        }
-    }
-
-    /// Takes an offset from the store. Main loop, at boot and after `$RST`.
-    pub fn load_offset(&mut self, id: OffsetId, value: [Coordinate; AXES]) {
-        self.offsets.set(id, value);
-        self.work_offset = self.offsets.work_offset(self.modal.system);
-    }
-
-    /// Answers the modal state.
-    pub fn modal(&self) -> &ModalState {
-        &self.modal
-    }
-
-    /// Notes the state of the valves, set by the program or the operator: `$G` follows.
-    pub fn set_coolant(&mut self, coolant: Coolant) {
-        self.modal.coolant = coolant;
-    }
-
-    /// Notes that the spindle was switched off without a line: M5.
-    pub fn stop_spindle(&mut self) {
-        self.modal.rotation = Rotation::Off;
-    }
-
-    /// Answers the offsets.
-    pub fn offsets(&self) -> &Offsets<AXES> {
-        &self.offsets
-    }
-
-    /// Answers the work offset for the next line. Reports show the offset of the last
-    /// [`Command::WorkOffset`] that was carried out, which may be an older one.
-    pub fn work_offset(&self) -> &[Coordinate; AXES] {
-        &self.work_offset
-    }
-
-    /// Answers where the last command ends, machine coordinates.
-    pub fn position(&self) -> &[Coordinate; AXES] {
-        &self.position
-    }
-
-    /// Sets where the next line begins: after a jog was accepted, and wherever motion ended early
-    /// (reset, homing, probing, jog cancel).
-    pub fn set_position(&mut self, position: [Coordinate; AXES]) {
-        self.position = position;
-    }
-
-    /// Restores modes as they were. Offsets stay, the tool length among them.
-    pub fn restore_modes(&mut self, modal: &ModalState) {
-        self.modal = *modal;
-        self.work_offset = self.offsets.work_offset(self.modal.system);
-    }
-
-    /// Forgets as a soft reset does: modal state, G92, tool length. The position stays.
-    pub fn reset(&mut self) {
-        self.modal = ModalState::default();
-        self.offsets.reset();
-        self.series = None;
-        self.work_offset = self.offsets.work_offset(self.modal.system);
-    }
-}
-
-impl<const AXES: usize> Default for Interpreter<AXES> {
-    fn default() -> Self {
-        Self::new()
-    }
 }

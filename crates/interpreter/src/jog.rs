@@ -4,8 +4,9 @@ use super::check::{Check, Plan, Purpose};
 use super::command::{Feed, Jog, Spindle, Travel};
 use super::context::Context;
 use super::fault::Fault;
-use super::interpreter::{spindle, Interpreter};
+use super::interpreter::spindle;
 use super::modal_state::{FeedMode, ModalState, Motion};
+use super::setup::Interpreter;
 use super::words::Block;
 
 impl<const AXES: usize> Interpreter<AXES> {

@@ -60,6 +60,7 @@ mod modal_state;
 mod offsets;
 pub mod own;
 mod print;
+mod setup;
 pub mod status;
 mod takers;
 mod units;
@@ -72,13 +73,13 @@ pub use command::{
 pub use context::{Context, Dialect, Own, OwnCodes, ToolTable};
 pub use cycle::{Cycle, CycleKind, Strokes};
 pub use fault::Fault;
-pub use interpreter::Interpreter;
 pub use leadscrew_planner::Coordinate;
 pub use modal_state::{
     Coolant, Distance, FeedMode, ModalState, Motion, Plane, ProbeKind, Retract, Rotation, Turn,
     Units, WorkSystem,
 };
 pub use offsets::Offsets;
+pub use setup::Interpreter;
 pub use status::Status;
 pub use units::MAX_WORD;
 

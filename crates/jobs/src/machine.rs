@@ -11,8 +11,8 @@ use leadscrew_machine::step_rate;
 use leadscrew_machine::step_timing::StepTiming;
 use leadscrew_outputs::OutputsConfig;
 use leadscrew_sim::oven::HeatFault;
-use leadscrew_sim::powered::MOST_AXES;
 use leadscrew_sim::profile::Profile;
+use leadscrew_sim::profile::MOST_AXES;
 use leadscrew_sim::scene::Tooling;
 
 /// A machine: its file, and its settings.

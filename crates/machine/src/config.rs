@@ -12,14 +12,10 @@ use leadscrew_gcode::Number;
 use leadscrew_interpreter::{Context, OwnCodes, ToolTable};
 use leadscrew_planner::{Coordinate, PixelQueue, Queue, SmallQueue, USUAL_BLOCKS};
 
-pub use crate::segment_queue::{SegmentQueue, SegmentSender};
+pub use crate::segment_queue::{SegmentQueue, SegmentSender, SEGMENTS};
 pub(crate) use leadscrew_interpreter::axes::WITHOUT_EXTRUDER;
 pub use leadscrew_interpreter::axes::{extruder, AxisKind};
 pub use leadscrew_interpreter::Dialect;
-
-/// Segments that a [`SegmentQueue`], between the main loop and the step interrupt, holds by
-/// default, and the most that it may hold.
-pub const SEGMENTS: usize = 16;
 
 /// Changes of power that all planned rows of a raster may hold together. They take 36 KB. Stopping
 /// from 450 mm/s at 500 mm/s² takes 202 mm, 4050 pixels of 0.05 mm; this is a little more.

@@ -6,7 +6,7 @@ use crate::interpreter::MAX_WORD;
 use crate::motion::Pacing;
 use crate::settings::table::{AxisSetting, Setting};
 use crate::settings::values::Settings;
-use crate::tool::SpindleScale;
+use crate::tool::scale::SpindleScale;
 use core::array::from_fn;
 use leadscrew_gcode::Number;
 use leadscrew_planner::{Config, Coordinate, CornerRule, StepsPerMm};

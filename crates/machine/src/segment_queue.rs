@@ -4,11 +4,14 @@
 //!   planner --> lead: wait until their power is known --> ready --> step interrupt
 //! ```
 
-use crate::config::SEGMENTS;
 use heapless::spsc::{Consumer, Producer, Queue};
 use heapless::Deque;
 use leadscrew_planner::PowerLead;
 use leadscrew_stepper::Segment;
+
+/// Segments that a [`SegmentQueue`], between the main loop and the step interrupt, holds by
+/// default, and the most that it may hold.
+pub const SEGMENTS: usize = 16;
 
 /// Segments on their way to the step interrupt.
 ///

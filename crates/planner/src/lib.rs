@@ -41,11 +41,12 @@ mod speed;
 mod valid;
 
 pub use ahead::lookahead::USUAL_BLOCKS;
+pub use ahead::queue::{PixelQueue, Queue, Room, SmallQueue};
 pub use ahead::time_left::TimeLeft;
 pub use config::{Config, CornerRule, Overrides, DEFAULT_TIMER_HZ};
 pub use emit::segmenter::{PowerLead, Segmenter, LONGEST_LEAD};
 pub use explain::{Ahead, Outline};
-pub use moves::{Feed, Move, MoveKind, MovePower, PixelQueue, Queue, Room, SmallQueue};
+pub use moves::{Feed, Move, MoveKind, MovePower};
 pub use path::arc::Arc;
 pub use path::curve::Curve;
 pub use planner::{Planner, PushError, Pushed};
@@ -53,7 +54,8 @@ pub use space::target::{
     Cartesian, Coordinate, CoreXy, Ganged, Kinematics, StepsPerMm, NANOS_PER_MM,
 };
 pub use space::train::Train;
-pub use speed::profile::{Place, Plan, Profile, Trapezoid};
+pub use speed::plan::{Place, Plan};
+pub use speed::profile::{Profile, Trapezoid};
 pub use speed::s_curve::SCurve;
 pub use valid::ConfigError;
 

@@ -1,9 +1,19 @@
 //! The bytes of a record.
 use crate::{PinCode, SafeTable};
+use core::mem::offset_of;
 use zerocopy::{
     little_endian::{I64, U16, U32},
     FromBytes, Immutable, IntoBytes, KnownLayout,
 };
+
+/// The first four bytes of a record, `LSBR`, as a little-endian word.
+pub const MAGIC: u32 = u32::from_le_bytes(*b"LSBR");
+
+/// The version of the layout.
+pub const VERSION: u16 = 2;
+
+/// The offset of the [`SafeTable`] in a record, in bytes.
+pub const SAFE: usize = offset_of!(Record, content) + offset_of!(Content, safe);
 
 /// Bytes of a board's name.
 pub const NAME: usize = 32;

@@ -10,11 +10,11 @@ mod read;
 mod safe;
 
 pub use layout::{
-    Content, Head, Image, Motor, Outputs, Power, Record, Serial, Setting, Shape, ENABLES, MOTORS,
-    NAME, SETTINGS,
+    Content, Head, Image, Motor, Outputs, Power, Record, Serial, Setting, Shape, ENABLES, MAGIC,
+    MOTORS, NAME, SAFE, SETTINGS, VERSION,
 };
 pub use lines::{Incoming, WrongLine, LONGEST, PART};
 pub use pin::PinCode;
 pub use place::{sector, slot, PROGRAM, SLOT, SLOTS};
-pub use read::{checksum, Refusal, FIXED, MAGIC, UNPROTECTED, VERSION};
-pub use safe::{SafePort, SafeTable, PORTS, SAFE};
+pub use read::{checksum, Refusal, FIXED, UNPROTECTED};
+pub use safe::{SafePort, SafeTable, PORTS};

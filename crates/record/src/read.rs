@@ -1,16 +1,10 @@
 //! Makes a record from its content, and reads it again.
-use crate::{Content, Head, Image, Record, Setting, SETTINGS, SLOT};
+use crate::{Content, Head, Image, Record, Setting, MAGIC, SETTINGS, SLOT, VERSION};
 use core::fmt;
 use zerocopy::{
     little_endian::{U16, U32},
     FromBytes, IntoBytes,
 };
-
-/// The first four bytes of a record, `LSBR`, as a little-endian word.
-pub const MAGIC: u32 = u32::from_le_bytes(*b"LSBR");
-
-/// The version of the layout.
-pub const VERSION: u16 = 2;
 
 /// The number of bytes at the begin of a record that the checksum does not protect.
 pub const UNPROTECTED: usize = 8;

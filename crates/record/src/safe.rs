@@ -1,7 +1,5 @@
 //! The table that makes a board's outputs safe. The first instructions after a reset execute it,
 //! before there is memory to compute in.
-use crate::{Content, Record};
-use core::mem::offset_of;
 use zerocopy::{
     little_endian::{U16, U32},
     FromBytes, Immutable, IntoBytes, KnownLayout,
@@ -9,9 +7,6 @@ use zerocopy::{
 
 /// The number of ports: A to G.
 pub const PORTS: usize = 7;
-
-/// The offset of the table in a record, in bytes.
-pub const SAFE: usize = offset_of!(Record, content) + offset_of!(Content, safe);
 
 /// The pins of one port that could do harm.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, FromBytes, IntoBytes, Immutable, KnownLayout)]

@@ -9,7 +9,7 @@ use crate::outcome::Outcome;
 use crate::oven::HeatFault;
 use crate::own::Own;
 use crate::plant::Pin;
-use crate::profile::{Belts, Profile};
+use crate::profile::{Belts, Profile, MOST_AXES};
 use crate::setup::{Memory, Setup};
 use leadscrew_machine::board::{CoolantOutput, SpindleOutput, Switches};
 use leadscrew_machine::config::MachineConfig;
@@ -20,9 +20,6 @@ use leadscrew_machine::state::State;
 use leadscrew_machine::step_timing::StepTiming;
 use leadscrew_outputs::OutputsConfig;
 use leadscrew_planner::{Coordinate, Kinematics, Train};
-
-/// The axes of the largest machine that a file can describe.
-pub const MOST_AXES: usize = 6;
 
 /// The motors of the largest machine: one more than its axes.
 pub const MOST_MOTORS: usize = MOST_AXES + 1;

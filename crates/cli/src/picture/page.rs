@@ -12,6 +12,7 @@ const RIGHT: f64 = 24.0;
 /// Where the first plot begins, under the title.
 pub(super) const TOP: f64 = 66.0;
 pub(super) const PLOT_WIDTH: f64 = WIDTH - LEFT - RIGHT;
+pub(super) const MOST_HEIGHT: f64 = 640.0;
 /// Room for tick labels and an axis title under a plot.
 pub(super) const AXIS_HEIGHT: f64 = 46.0;
 /// Approximate distances between ticks, pixels: horizontally, and vertically in a plot of some

@@ -5,17 +5,16 @@
 
 use super::ink;
 use super::line::Line;
-use super::page::{rectangle, Frame, INK, LEFT, PLOT_WIDTH, TOP};
+use super::page::{rectangle, Frame, INK, LEFT, MOST_HEIGHT, PLOT_WIDTH, TOP};
 use super::raster::Raster;
 use super::scale::{label, Scale};
-use super::window::{extent, Window};
+use super::window::{extent, is_aside, Window};
 use leadscrew_sim::scene::{Drawn, Hole, Toolpath, Way};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use svg::node::element::{Circle, ClipPath, Definitions, Group, Image, Path, Use};
 
 // Pixels.
-pub(super) const MOST_HEIGHT: f64 = 640.0;
 const LEAST_HEIGHT: f64 = 160.0;
 /// Width of a cut whose tool has no known width: a visible thin line.
 pub(super) const HAIR: f64 = 1.4;
@@ -350,11 +349,6 @@ impl<'a> Plot<'a> {
     pub(super) fn pixels(&self, mm: f32) -> f64 {
         f64::from(mm) * self.per_mm
     }
-}
-
-/// Whether a move cuts and moves in X or Y, not straight up or down.
-pub(super) fn is_aside(pair: &[Drawn]) -> bool {
-    pair[1].way == Way::Cut && pair[0].to[..2] != pair[1].to[..2]
 }
 
 fn widest(path: &Toolpath) -> f64 {

@@ -3,9 +3,8 @@
 //! Usually it is the whole path, so that the way from home to the work is visible. But if the work
 //! would then be a dot, only the work is shown, and the way to it ends at the frame.
 
-use super::page::PLOT_WIDTH;
-use super::plot::{is_aside, MOST_HEIGHT};
-use leadscrew_sim::scene::{Hole, Toolpath};
+use super::page::{MOST_HEIGHT, PLOT_WIDTH};
+use leadscrew_sim::scene::{Drawn, Hole, Toolpath, Way};
 
 /// Only the work is shown if this makes it at least this many times as large.
 const ENOUGH: f64 = 4.0;
@@ -59,6 +58,11 @@ pub(super) fn extent(path: &Toolpath, holes: &[Hole], axis: usize) -> Option<[f3
         let [low, high] = range.unwrap_or([place; 2]);
         Some([f32::min(low, place), f32::max(high, place)])
     })
+}
+
+/// Whether a move cuts and moves in X or Y, not straight up or down.
+pub(super) fn is_aside(pair: &[Drawn]) -> bool {
+    pair[1].way == Way::Cut && pair[0].to[..2] != pair[1].to[..2]
 }
 
 #[cfg(test)]

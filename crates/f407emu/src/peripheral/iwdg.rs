@@ -18,6 +18,9 @@
 //! Not modelled: the option byte that starts the watchdog at power-on.
 use super::NEVER;
 
+/// The bit of DBGMCU_APB1_FZ (RM0090 section 38.16.4) with which the watchdog's clock stands still
+/// while a debugger stops the core.
+pub(crate) const DBG_STOP: u32 = 1 << 12;
 /// IWDG_KR: feeds the watchdog.
 const FEED: u32 = 0xAAAA;
 /// IWDG_KR: unlocks the other registers.

@@ -7,12 +7,12 @@
 //! stay the same. The level of G98 stays for a whole series: cycles of any kind in one plane.
 
 use super::{out_of_range, pick, sum_within, Check, AXIS_WORDS, L, P, Q, R};
+use crate::code::Letters;
 use crate::cycle::holes::{Cycle, MOST};
 use crate::cycle::kind::CycleKind;
 use crate::cycle::series::Series;
 use crate::fault::Refusal;
 use crate::modal_state::{Distance, FeedMode, Retract, Rotation};
-use crate::words::Letters;
 use crate::Coordinate;
 use crate::Status;
 use leadscrew_gcode::{Letter, Number};

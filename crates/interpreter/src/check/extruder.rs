@@ -1,10 +1,10 @@
 //! The extruder's word: where it counts from, and its refusal.
 
 use super::{out_of_range, Check};
+use crate::code::Letters;
 use crate::fault::Refusal;
 use crate::modal_state::Distance;
 use crate::takers::NonModal;
-use crate::words::Letters;
 use crate::Coordinate;
 use crate::Status;
 use leadscrew_gcode::Letter;

@@ -10,6 +10,7 @@ mod extruder;
 mod offsets;
 mod path;
 
+use super::code::{Group, Groups, Letters, GROUPS_IN_JOGS};
 use super::command::{ArcShape, OffsetId};
 use super::context::Context;
 use super::cycle::holes::Cycle;
@@ -19,7 +20,7 @@ use super::modal_state::{Distance, FeedMode, Motion, ProbeKind, Units, WorkSyste
 use super::offsets::TOOL_AXIS;
 use super::takers::{AxisCommand, NonModal};
 use super::units::inches_to_millimetres;
-use super::words::{Block, Group, Groups, Letters, GROUPS_IN_JOGS, WITH_WORDS};
+use super::words::{Block, WITH_WORDS};
 use super::{Coordinate, Interpreter, MAX_WORD};
 use crate::AxisKind;
 use crate::Status;

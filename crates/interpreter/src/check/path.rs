@@ -3,12 +3,12 @@
 
 use super::{pick, Check, Path, AXIS_WORDS, CENTRE_WORDS, R};
 use crate::arc::{centre_from_radius, check_centre};
+use crate::code::Letters;
 use crate::command::ArcShape;
 use crate::fault::Refusal;
 use crate::modal_state::{Motion, Plane, Turn};
 use crate::takers::AxisCommand;
 use crate::units::millimetres;
-use crate::words::Letters;
 use crate::Coordinate;
 use crate::Status;
 use leadscrew_gcode::{Letter, Number};

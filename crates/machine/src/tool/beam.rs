@@ -12,7 +12,7 @@
 
 use crate::board::SpindleOutput;
 use crate::state::{Door, Hold, Jog, State};
-use crate::tool::SpindleScale;
+use crate::tool::scale::SpindleScale;
 use leadscrew_stepper::Power;
 
 /// The output of a laser.

@@ -1,30 +1,30 @@
 //! The tool: spindle or laser, and the coolant.
 //!
-//! This file says which output is wanted of spindle or laser, and which power an `S` is. It also
-//! says which direction and power go out at rest.
+//! This file says which output is wanted of spindle or laser.
 //!
 //! | file | it says |
 //! |---|---|
 //! | [`beam`](mod@beam) | when a laser is lit |
+//! | `scale` | which power an `S` is |
 //! | [`coolant`] | which valves are open |
 //! | `dead_man` | how long a laser stays lit without its sender |
+//! | `output` | which direction and power go out at rest |
 
 pub mod beam;
 pub mod coolant;
 pub(crate) mod dead_man;
+mod output;
+pub(crate) mod scale;
 
-use crate::board::{Board, SpindleOutput};
-use crate::extension::{Event, Extension};
+use crate::board::SpindleOutput;
 use crate::interpreter;
-use crate::machine::Machine;
-use crate::motion::PowerRule;
 use crate::state::State;
 use beam::{beam, may_burn, Beam, Wanted};
 use coolant::Coolant;
 use dead_man::DeadMan;
-use fixed::types::U1F31;
-use leadscrew_planner::Kinematics;
 use leadscrew_stepper::Power;
+
+pub use scale::SpindleScale;
 
 /// Spindle or laser, and coolant: the wishes of program and operator, and the outputs as they are.
 pub(crate) struct Tool {
@@ -59,99 +59,6 @@ impl Tool {
     pub(crate) fn leave_rest(&mut self) {
         self.rest_power = None;
         self.rest_output = None;
-    }
-}
-
-/// The tool follows the state: the laser's gate, and the output of spindle or laser at rest.
-///
-/// [`Machine::enter`] is the only writer of the state, [`Machine::put_out_tool`] the only place
-/// where power comes on out of motion. The rule for a laser is in [`beam`](mod@beam).
-impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
-where
-    K: Kinematics<AXES, MOTORS> + Clone,
-    X: Extension<AXES>,
-{
-    /// Changes the state, and the laser's gate with it.
-    pub(crate) fn enter(&mut self, state: State) {
-        self.history.leaves(self.state);
-        self.state = state;
-        self.set_gate();
-        self.tell_extension(Event::Enters(state));
-    }
-
-    /// Opens or shuts the laser's gate, as the state wants it. After a switch has stopped the
-    /// machine, the gate stays shut until the main loop has dealt with that edge, which it may not
-    /// have seen yet.
-    pub(crate) fn set_gate(&mut self) {
-        let shut = self.tool.spindle.is_shut(self.state);
-        if shut != self.motion.shared.is_laser_off() {
-            self.motion.shared.set_laser_off(shut);
-        }
-        // Looked at after the gate was set: an edge in between is seen here, and the interrupt
-        // shuts the gate for a later one.
-        if self.switches.inputs.edges().stops() != self.switches.edges.stops() {
-            self.motion.shared.set_laser_off(true);
-        }
-    }
-
-    /// Puts out the direction and the power that belong to the state, while motion rests. Main
-    /// loop.
-    pub(crate) fn put_out_tool<B: Board>(&mut self, board: &mut B) {
-        if !self.motion.is_at_rest() {
-            return;
-        }
-        let output = self.tool.spindle.output(self.state);
-        if self.tool.rest_output != Some(output) {
-            board.set_spindle(output);
-            self.tool.rest_output = Some(output);
-        }
-        let power = self.power_at_rest();
-        // Moves that wait bring their own power along; until they begin, no laser lights up for
-        // them.
-        let of_moves =
-            self.tool.spindle.is_laser() && power != Power::OFF && !self.motion.is_idle();
-        if !of_moves && self.tool.rest_power != Some(power) {
-            board.set_power(power);
-            self.tool.rest_power = Some(power);
-            // A switch may have shut the gate since the power was computed.
-            if self.motion.shared.is_laser_off() {
-                board.set_power(Power::OFF);
-                self.tool.rest_power = None;
-            }
-        }
-    }
-
-    /// The power while motion rests.
-    pub(crate) fn power_at_rest(&self) -> Power {
-        if self.motion.shared.is_laser_off() {
-            Power::OFF
-        } else {
-            self.tool.spindle.power_at_rest(self.state)
-        }
-    }
-
-    /// Switches the spindle off, and its power at once: M5, until a line says otherwise.
-    pub(crate) fn switch_spindle_off<B: Board>(&mut self, board: &mut B) {
-        self.program.interpreter.stop_spindle();
-        self.want_spindle(interpreter::Spindle::default());
-        self.tool.spindle.restore();
-        self.update_power();
-        board.set_power(Power::OFF);
-        self.tool.rest_power = None;
-        board.set_spindle(SpindleOutput::Off);
-        self.tool.rest_output = None;
-    }
-
-    /// Gives the segments made from now on the power that the spindle is to have.
-    pub(crate) fn update_power(&mut self) {
-        let rule = if self.tool.spindle.is_laser() {
-            PowerRule::Laser {
-                percent: self.overrides.spindle,
-            }
-        } else {
-            PowerRule::Spindle(self.tool.spindle.power())
-        };
-        self.motion.set_power_rule(rule);
     }
 }
 
@@ -316,66 +223,6 @@ impl Spindle {
         }
         self.wanted.speed * f32::from(self.percent) / 100.0
     }
-}
-
-/// The least power that is not off: one of the 255 levels of Grbl's output.
-const LEAST_SHARE: f32 = 1.0 / 255.0;
-
-/// How `S` maps to a share of full power: settings `$30` and `$31`.
-///
-/// ```text
-///   power
-///     1 |            ______      S0 is off. Up to $31: the least power that is not off.
-///       |          /             From $31 to $30: in proportion. Where $30 is not above $31,
-///       |        /               any S above 0 is full power.
-///   min |__----/
-///     0 +------+-----+---- S
-///             $31   $30
-/// ```
-#[derive(Clone, Copy, PartialEq, Debug)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct SpindleScale {
-    /// Speed at full power (`$30`), RPM.
-    pub max: f32,
-    /// Speed at the least power (`$31`), RPM.
-    pub min: f32,
-}
-
-impl SpindleScale {
-    /// The power for a speed in RPM: 0 to 1, rounded down to 2⁻²⁴ or better.
-    pub fn power(&self, speed: f32) -> Power {
-        if speed <= 0.0 {
-            return Power::OFF;
-        }
-        if self.max <= self.min || speed >= self.max {
-            return Power::FULL;
-        }
-        share((speed - self.min) / (self.max - self.min))
-    }
-
-    /// Limits a speed, RPM: no less than `$31`, unless it is 0, and no more than `$30`.
-    pub fn within(&self, speed: f32) -> f32 {
-        if speed <= 0.0 {
-            0.0
-        } else {
-            speed.max(self.min).min(self.max)
-        }
-    }
-
-    /// The speed in RPM that goes with a power: the inverse of [`SpindleScale::power`].
-    pub fn speed(&self, power: Power) -> f32 {
-        if power == Power::OFF {
-            0.0
-        } else {
-            self.min + (self.max - self.min) * power.share().to_num::<f32>()
-        }
-    }
-}
-
-fn share(share: f32) -> Power {
-    let share = share.clamp(LEAST_SHARE, 1.0);
-    // 2³¹ is exact in f32 and the product at most 2³¹: the cast rounds down.
-    Power::from_share(U1F31::from_bits((share * 2_147_483_648.0) as u32))
 }
 
 #[cfg(test)]

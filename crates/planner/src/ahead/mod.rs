@@ -2,4 +2,5 @@
 
 pub(crate) mod lookahead;
 mod map;
+pub(crate) mod queue;
 pub(crate) mod time_left;

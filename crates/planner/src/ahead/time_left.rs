@@ -15,7 +15,8 @@ use crate::planner::nominal;
 use crate::real::{max, min, sqrt};
 use crate::space::axis_limits::AxisLimits;
 use crate::space::axis_limits::Whereabouts;
-use crate::speed::profile::{Place, Plan, Trapezoid};
+use crate::speed::plan::{Place, Plan};
+use crate::speed::profile::Trapezoid;
 use crate::speed::ramp::{self, Limits};
 use crate::{Kinematics, Planner, Segmenter};
 

@@ -31,8 +31,7 @@
 //! that was found at that turn. Where the curvature has changed, it is compared with the curvature
 //! over half that length.
 
-use super::probe::Probe;
-use super::turn::When;
+use super::probe::{Probe, When};
 use super::window::{Window, MM};
 use crate::config::Limits;
 use crate::real::{max, min, norm2, sqrt};

@@ -13,5 +13,6 @@ pub(crate) mod trigonometry;
 mod turn;
 mod window;
 
-pub(crate) use turn::{Turn, When};
+pub(crate) use probe::When;
+pub(crate) use turn::Turn;
 pub(crate) use window::{Piece, Window};

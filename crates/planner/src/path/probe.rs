@@ -1,4 +1,13 @@
-//! The result of measuring the curvature at a turn, kept for the next turn.
+//! When the curvature at a turn is measured, and the result, which is kept for the next turn.
+
+/// When to find a turn.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum When {
+    /// At once, from the path known so far.
+    Now,
+    /// Once enough path is known for it.
+    Known,
+}
 
 /// The measurement at the turn before.
 #[derive(Clone, Copy, Debug)]

@@ -14,7 +14,7 @@
 //! so there the curvature over the length of the shorter piece bounds the speed as well.
 
 use super::curvature::curvature2;
-use super::probe::Probe;
+use super::probe::{Probe, When};
 use super::window::{Window, PIECES};
 use crate::config::Limits;
 use crate::path::junction::junction_v2;
@@ -32,15 +32,6 @@ const ALIKE: f32 = 0.1;
 /// this many times as long as the shorter one. A longer piece is a straight line next to the curve;
 /// the curvature would leave it no acceleration.
 const UNEVEN: f32 = 4.0;
-
-/// When to find a turn.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum When {
-    /// At once, from the path known so far.
-    Now,
-    /// Once enough path is known for it.
-    Known,
-}
 
 /// How a path turns where two pieces meet.
 #[derive(Clone, Copy, PartialEq, Debug)]

@@ -8,9 +8,10 @@ mod tests;
 pub(crate) use append::nominal;
 
 use crate::ahead::lookahead::LookAhead;
+use crate::ahead::queue::{PixelQueue, Room};
 use crate::config::{Limits, Scales, SpeedUnit};
 use crate::emit::pixel::{Pixel, Pixels};
-use crate::moves::{PixelQueue, PlannedMove, Room};
+use crate::moves::PlannedMove;
 use crate::path::row::Row;
 use crate::path::short::Short;
 use crate::path::{When, Window};

@@ -13,7 +13,7 @@
 //! whatever comes next, and slow where moves are short. Collinear moves are better given as one.
 
 use crate::real::{max, min, rough_cube_root, sqrt};
-use crate::speed::profile::{Place, Plan, Stretch};
+use crate::speed::plan::{Place, Plan, Stretch};
 use crate::speed::ramp::{self, Limits, Ramp};
 
 /// Ramps with limited jerk and a cruise between them.

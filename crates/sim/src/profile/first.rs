@@ -1,8 +1,7 @@
 //! The first settings of a new machine, as its file gives them: numbers and values.
 
 use super::named::Named;
-use super::{Axis, End, Positive, Profile};
-use crate::powered::MOST_AXES;
+use super::{Axis, End, Positive, Profile, MOST_AXES};
 use crate::scene::Tooling;
 use leadscrew_gcode::Number;
 use leadscrew_machine::config::MachineConfig;

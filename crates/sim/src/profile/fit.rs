@@ -1,7 +1,6 @@
 //! Fits the machine to its board, or to the record of its board.
 
-use super::{Profile, Socket};
-use crate::powered::MOST_AXES;
+use super::{Profile, Socket, MOST_AXES};
 use leadscrew_boards::{Board, Machine, Needs, Socket as OfBoard, Unfit, RECORDED_MOTORS};
 use leadscrew_machine::config::{Dialect, MachineConfig, Options, SwitchRules};
 use leadscrew_planner::Train;

@@ -39,6 +39,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use toml::Spanned;
 
+/// The axes of the largest machine that a file can describe.
+pub const MOST_AXES: usize = 6;
+
 /// A simulated machine.
 #[derive(Clone, PartialEq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]

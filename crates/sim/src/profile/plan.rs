@@ -3,11 +3,10 @@
 
 use super::{
     Axes, Axis, AxisLetters, Belts, End, GantryAxis, Limits, OutputsTable, Positive, Profile,
-    SecondMotor, Stops, ToolSwitchesTable,
+    SecondMotor, Stops, ToolSwitchesTable, MOST_AXES,
 };
 use crate::contacts::Contacts;
 use crate::plant::{Pin, Plate, Side, Switch};
-use crate::powered::MOST_AXES;
 use crate::tool_pins::{ToolHeight, ToolSwitches};
 use leadscrew_machine::config::SwitchRules;
 use leadscrew_machine::config::{

@@ -4,7 +4,7 @@
 use super::{Progress, Running, Timing};
 use crate::emit::fit::{bits, steps, Carry, Linear};
 use crate::real::{max, min};
-use crate::speed::profile::Place;
+use crate::speed::plan::Place;
 use core::num::NonZeroU16;
 use leadscrew_stepper::{Early, Interval, IntervalChange, MotorMask, Smoothing};
 

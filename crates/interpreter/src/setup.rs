@@ -1,0 +1,100 @@
+//! The state that lines leave to each other.
+
+use super::command::OffsetId;
+use super::cycle::series::Series;
+use super::modal_state::{Coolant, ModalState, Rotation};
+use super::offsets::Offsets;
+use leadscrew_planner::Coordinate;
+
+/// The state that G-code leaves from line to line: modes, offsets, and where the program has got
+/// to.
+///
+/// Its position runs ahead of the machine: it is where the last command ends, exactly, however it
+/// was rounded to steps.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Interpreter<const AXES: usize> {
+    pub(super) modal: ModalState,
+    pub(super) offsets: Offsets<AXES>,
+    /// `offsets.work_offset(modal.system)`, which every line needs.
+    pub(super) work_offset: [Coordinate; AXES],
+    pub(super) position: [Coordinate; AXES],
+    /// The series of cycles under way: `None` in other motion modes.
+    pub(super) series: Option<Series>,
+}
+
+impl<const AXES: usize> Interpreter<AXES> {
+    /// Makes an interpreter as at power-up, at the machine's origin and without offsets.
+    pub fn new() -> Self {
+        Self {
+            modal: ModalState::default(),
+            offsets: Offsets::new(),
+            work_offset: [Coordinate::ZERO; AXES],
+            position: [Coordinate::ZERO; AXES],
+            series: None,
+        }
+    }
+
+    /// Takes an offset from the store. Main loop, at boot and after `$RST`.
+    pub fn load_offset(&mut self, id: OffsetId, value: [Coordinate; AXES]) {
+        self.offsets.set(id, value);
+        self.work_offset = self.offsets.work_offset(self.modal.system);
+    }
+
+    /// Answers the modal state.
+    pub fn modal(&self) -> &ModalState {
+        &self.modal
+    }
+
+    /// Notes the state of the valves, set by the program or the operator: `$G` follows.
+    pub fn set_coolant(&mut self, coolant: Coolant) {
+        self.modal.coolant = coolant;
+    }
+
+    /// Notes that the spindle was switched off without a line: M5.
+    pub fn stop_spindle(&mut self) {
+        self.modal.rotation = Rotation::Off;
+    }
+
+    /// Answers the offsets.
+    pub fn offsets(&self) -> &Offsets<AXES> {
+        &self.offsets
+    }
+
+    /// Answers the work offset for the next line. Reports show the offset of the last
+    /// [`Command::WorkOffset`](super::Command::WorkOffset) that was carried out, which may be an
+    /// older one.
+    pub fn work_offset(&self) -> &[Coordinate; AXES] {
+        &self.work_offset
+    }
+
+    /// Answers where the last command ends, machine coordinates.
+    pub fn position(&self) -> &[Coordinate; AXES] {
+        &self.position
+    }
+
+    /// Sets where the next line begins: after a jog was accepted, and wherever motion ended early
+    /// (reset, homing, probing, jog cancel).
+    pub fn set_position(&mut self, position: [Coordinate; AXES]) {
+        self.position = position;
+    }
+
+    /// Restores modes as they were. Offsets stay, the tool length among them.
+    pub fn restore_modes(&mut self, modal: &ModalState) {
+        self.modal = *modal;
+        self.work_offset = self.offsets.work_offset(self.modal.system);
+    }
+
+    /// Forgets as a soft reset does: modal state, G92, tool length. The position stays.
+    pub fn reset(&mut self) {
+        self.modal = ModalState::default();
+        self.offsets.reset();
+        self.series = None;
+        self.work_offset = self.offsets.work_offset(self.modal.system);
+    }
+}
+
+impl<const AXES: usize> Default for Interpreter<AXES> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
