@@ -1,7 +1,8 @@
 //! The simulated board: step timer, pins and serial output, as the firmware's board has them.
 //!
-//! TIM2 counts at [`TIMER_HZ`](crate::clock::TIMER_HZ) and holds the next tick, whose interrupt has
-//! the highest priority. One below it ends the pulse under way:
+//! TIM2 counts at [`TIMER_HZ`](crate::clock::TIMER_HZ) and raises two interrupts. The step
+//! interrupt handles a tick and has the highest priority. The pulse interrupt, one priority below,
+//! ends the pulse under way:
 //!
 //! ```text
 //!  tick due     step_edge    power_edge      step or load        pulse over   pulse_edge  pulse_end
@@ -28,8 +29,8 @@ use leadscrew_machine::explain::{Committed, Explain, PlannedMove};
 use leadscrew_outputs::OutputPort;
 use leadscrew_stepper::{MotorMask, OutputChange, Power, StepPort, Ticks, MAX_SMOOTHING_LEVEL};
 
-/// The parts of a dominant motor's step: as many as the ticks in a step at the finest step
-/// smoothing.
+/// The parts into which a step of the dominant motor (the motor with the most steps in a move) is
+/// divided: the ticks in a step at the finest step smoothing.
 pub(crate) const PARTS: u64 = 1 << MAX_SMOOTHING_LEVEL;
 
 /// The counts of the board.
@@ -39,7 +40,7 @@ pub struct Counts {
     pub step_events: u64,
     /// Ticks, with or without a step.
     pub(crate) ticks: u64,
-    /// Steps of the dominant motors, in [`PARTS`].
+    /// Steps of the dominant motor of each move, added up, in parts of a step ([`PARTS`]).
     pub(crate) dominant_parts: u64,
     /// The longest time from the instant at which a tick was due to the start of its interrupt, in
     /// cycles.
@@ -214,7 +215,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         self.now + u64::from(self.takes)
     }
 
-    /// Whether the next step interrupt comes later than its tick is due.
+    /// Whether the next step interrupt comes after the instant at which its tick is due.
     #[inline]
     pub(crate) fn is_late(&self) -> bool {
         self.step_due != self.tick_due

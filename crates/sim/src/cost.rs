@@ -8,9 +8,11 @@
 //! An interrupt is charged the median of its times in a job, with its entry and exit. The longest
 //! time decides whether a tick is late. A tick that takes a segment is charged the longest time
 //! where the segment begins a line, and the median elsewhere. The main loop's work is charged its
-//! mean, after all other work of the same job (`tests/firmware/src/checks/costs.rs`). The firmware
-//! looks at the serial line every 50 µs. The bytes that it finds are charged as they come; a look
-//! that finds none is not charged (some 50 cycles, 0.6 % of the CPU).
+//! mean. For this mean, each measured job adds one kind of work to the job before it; the added
+//! cycles are the cost of this kind (`tests/firmware/src/checks/costs.rs`).
+//!
+//! The firmware looks at the serial line every 50 µs. The bytes that it finds are charged as they
+//! come. A look that finds no byte is not charged (some 50 cycles, 0.6 % of the CPU).
 //!
 //! `HUNDRED_INSTRUCTIONS` converts counted instructions to cycles (`docs/benchmarks.md`).
 //!

@@ -9,11 +9,12 @@
 //! ```
 //!
 //! [`Simulation`] always handles the event that is due next ([`event_loop`]), charges the CPU for
-//! it ([`cost`], [`load`]) and so finds late events. Nothing depends on the machine that it runs
-//! on: the same input gives the same bits.
+//! it ([`cost`], [`load`]) and so finds late events. Nothing depends on the computer that runs the
+//! simulation: the same input gives the same bits.
 //!
-//! It checks its rules on its own, and collects [`trouble::Violation`]s: the carriages stand where
-//! the machine counts them, no pulse is short, no direction changes late.
+//! The simulation always checks some rules, and collects each [`trouble::Violation`]: the carriages
+//! stand where the machine counts them, no pulse is short, and no direction pin changes during a
+//! pulse or too soon before one.
 #![forbid(unsafe_code)]
 
 pub mod board;

@@ -1,4 +1,4 @@
-//! Serial lines between the board and a host: bytes that take their time, or none.
+//! Serial lines between the board and a host. On some lines a byte takes time, on others none.
 //!
 //! ```text
 //!   Host::next_byte --(10 bit times)--> serial interrupt: Receiver::receive
@@ -75,8 +75,8 @@ impl Rate {
 /// 5.8.3).
 pub(crate) const PACKET: usize = 64;
 
-/// Bytes that the board keeps for sending on a line that takes time, as the firmware does. It is
-/// what the line sends in 0.7 ms, but at least 8 and at most 128 bytes. A status report waits
+/// The size of the board's send buffer for a line that takes time, bytes, as in the firmware: the
+/// bytes that the line sends in 0.7 ms, but at least 8 and at most 128. A status report waits
 /// behind these bytes.
 fn send_buffer(byte_time: u64) -> usize {
     usize::try_from(CPU_HZ * 7 / 10_000 / byte_time).map_or(128, |bytes| bytes.clamp(8, 128))

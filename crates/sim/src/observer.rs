@@ -19,7 +19,7 @@ pub struct StepEvent {
     pub motors: MotorMask,
     /// The motors whose direction is negative.
     pub negative: MotorMask,
-    /// The power of spindle or laser from the event before this one up to it.
+    /// The power of the spindle or laser between the previous step event and this one.
     pub power: Power,
 }
 
@@ -95,7 +95,8 @@ pub trait Observer {
 
 impl Observer for () {}
 
-/// Implements every method: it calls the same method of each observer of each iterator.
+/// Implements every method of [`Observer`]. The method calls the same method of each observer in
+/// the given iterators.
 macro_rules! forward {
     (@method $self:ident $observers:tt $name:ident($($arg:ident: $type:ty),*)) => {
         #[inline]

@@ -241,7 +241,8 @@ mod tests {
             let mut oven = oven(sensor, None);
             oven.heat(0, true);
             oven.begin(seconds(90));
-            // After one time constant the way is 63.2 % of that from 22 to 22 + 4 * 90.
+            // The body warms from 22 °C to 22 + 4 * 90 °C, and has gone 63.2 % of this way
+            // after one time constant.
             let read = sensor.celsius(oven.sensor(0), 5.0);
             assert!((read - (22.0 + 0.632 * 360.0)).abs() < 1.0, "{read}");
             oven.supply(false);

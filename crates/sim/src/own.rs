@@ -50,7 +50,7 @@ pub struct OwnPins {
 }
 
 impl Profile {
-    /// The machine's extensions with these outputs, which may be more than the file's.
+    /// The machine's extensions. The caller gives the outputs; they may be more than the file has.
     pub fn extension<const AXES: usize>(
         &self,
         outputs: OutputsConfig,

@@ -37,7 +37,7 @@ pub trait Powered {
     fn wait_until(&mut self, host: &mut dyn Host, end: Cycle);
     /// The simulated present.
     fn now(&self) -> Cycle;
-    /// Whether it waits for its operator: a program pause, a tool change.
+    /// Whether the machine waits for its operator: a program pause, a tool change.
     fn waits_for_operator(&self) -> bool;
     /// Whether no job and no command is under way.
     fn is_quiet(&self) -> bool;

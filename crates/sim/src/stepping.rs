@@ -54,8 +54,8 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
     }
 
     /// Handles the timer's interrupts that are due up to `horizon`, the earliest first. Returns
-    /// early when the main loop has to learn of one. Only the main loop and the switch interrupts
-    /// can stop motion, and they run between two calls.
+    /// early after an interrupt that wakes the main loop. Only the main loop and the switch
+    /// interrupts can stop motion, and they run between two calls.
     #[inline]
     pub(crate) fn run<O: Observer>(
         &mut self,
@@ -64,7 +64,7 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         horizon: Cycle,
     ) -> Ran {
         if self.shared.is_stopped() {
-            // From now on, every interrupt discards the tick that was due and a segment.
+            // Motion was stopped: from now on each interrupt throws away its tick and one segment.
             self.ticks_left = 0;
             board.parts_per_tick = None;
         }

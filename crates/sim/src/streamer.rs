@@ -65,8 +65,8 @@ pub trait Replies {
         let _ = (number, line);
     }
 
-    /// Whether nothing may be sent after `line`, which is about to be sent, before it is answered:
-    /// the machine will probably refuse it, and the program is to stop there.
+    /// Whether the sender must wait for the answer to `line`, which is about to be sent, before it
+    /// sends more: the machine will probably refuse `line`, and the program is to stop there.
     fn is_last(&mut self, line: &[u8]) -> bool {
         let _ = line;
         false
@@ -128,7 +128,7 @@ pub struct Streamer<R, F> {
 enum Sending {
     /// Lines are left.
     Lines,
-    /// Nothing follows the line that was read last until it has been answered.
+    /// The line that was read last has to be answered before the next line is read.
     Awaits,
     /// The program has ended, or a line was refused.
     Done,

@@ -7,7 +7,7 @@ use leadscrew_stepper::MotorMask;
 /// Why motion did not keep its schedule.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum LateReason {
-    /// A tick was due before the interrupt before it had armed the timer.
+    /// A tick was due before the previous step interrupt had armed the timer for it.
     TickPassed,
     /// The main loop did not bring the next segment in time.
     Underrun,

@@ -2,11 +2,11 @@
 
 use crate::clock::{Cycle, CPU_HZ};
 
-/// Steps over which a rate is measured. A measurement over fewer would take the unevenness of
-/// Bresenham's tracer for speed.
+/// Intervals over which a rate is measured. Bresenham's tracer makes single intervals uneven, so
+/// over fewer of them the rate would seem higher than it is.
 const LONG: usize = 16;
 
-/// Steps over which the rate of a shorter burst is measured, such as a move between two rests.
+/// Intervals over which the rate of a shorter burst is measured, such as a move between two rests.
 const SHORT: usize = 8;
 
 /// A step begins a new burst if its interval is more than this multiple of the interval before it.
@@ -20,8 +20,8 @@ pub(super) struct PeakRate {
     recent: [Cycle; LONG],
     steps: usize,
     burst: Burst,
-    /// Shortest time of [`LONG`] intervals. `short`: shortest time of [`SHORT`] intervals, in
-    /// bursts too short for [`LONG`].
+    /// Shortest time that [`LONG`] intervals took, cycles. `short`: shortest time that [`SHORT`]
+    /// intervals took, in bursts with fewer than [`LONG`].
     long: u64,
     short: u64,
     /// The fastest of the bursts with fewer than [`SHORT`] intervals.
@@ -37,7 +37,7 @@ struct Burst {
     interval: u64,
     /// The direction.
     by: i32,
-    /// Shortest time of [`SHORT`] intervals.
+    /// Shortest time that [`SHORT`] intervals took, cycles.
     short: u64,
 }
 

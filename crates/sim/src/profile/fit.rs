@@ -1,4 +1,5 @@
-//! Fits the machine to its board, or to the record of its board.
+//! Fits the machine to its board, or to the board's record: data in the board's flash from which a
+//! firmware learns its pins and its machine (`docs/boards.md`).
 
 use super::{Profile, Socket, MOST_AXES};
 use leadscrew_boards::{Board, Machine, Needs, Socket as OfBoard, Unfit, RECORDED_MOTORS};
@@ -6,7 +7,7 @@ use leadscrew_machine::config::{Dialect, MachineConfig, Options, SwitchRules};
 use leadscrew_planner::Train;
 use std::fmt;
 
-/// A machine's file has a key that a board's record has no field for. The key is kept.
+/// The key of a machine's file for which a board's record has no field.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct NotInRecord(&'static str);
 

@@ -1,11 +1,11 @@
 //! Compares a machine's answers with those of the recorded machine.
 //!
 //! * Lines that are no status report are the same, in the same order, through the whole
-//!   conversation. Where one tells positions (`[G54:`, `[PRB:`, ...), a number may differ by one
+//!   conversation. In a line with positions (`[G54:`, `[PRB:`, ...), a number may differ by one
 //!   unit of its last place.
 //! * Status reports are compared one by one, with the same tolerance. In a conversation that is
 //!   marked `timing`, the contents of a report depend on its instant. There only the states are
-//!   compared, exchange by exchange, and only where both exchanges show any.
+//!   compared, exchange by exchange, where the recorded exchange shows a state.
 
 use super::case::{Case, Exchange};
 use std::fmt;
@@ -99,7 +99,8 @@ fn differ(expected: &[Line<'_>], found: &[Line<'_>]) -> Option<(usize, String, S
     })
 }
 
-/// The first exchange in which the states differ, among those where both machines show states.
+/// The first exchange in which the states differ. Exchanges in which the recorded machine shows no
+/// state are left out.
 fn other_states(expected: &[Exchange], found: &[Exchange]) -> Option<(usize, String, String)> {
     let pairs = expected.iter().zip(found).enumerate();
     let differ = |(number, (one, other)): (usize, (&Exchange, &Exchange))| {
@@ -120,9 +121,10 @@ fn reports(exchange: &Exchange) -> Vec<&str> {
     all.filter(|line| is_report(line)).collect()
 }
 
-/// Whether two reports show the same state. `Hold:1` and `Door:2` change to the next state after a
-/// time that differs between machines. A motion that begins or ends at that instant may be missing
-/// in one of them.
+/// Whether two reports, the recorded one first, show the same state. A recorded `Hold:1` or
+/// `Door:2` agrees with any `Hold` or `Door`, because the machines go on to the next state after
+/// different times. A recorded `Run` or `Jog` at speed 0 begins or ends at this instant, so it
+/// agrees with `Idle` too.
 fn shows(one: &str, other: &str) -> bool {
     let state = |report| {
         str::trim_start_matches(report, '<')

@@ -63,8 +63,8 @@ pub fn replay(case: &Case) -> Result<Case, ReplayError> {
     replay_on::<3>(case)
 }
 
-/// As [`replay`], with a machine that is built for `N` axes and motors, 3 or more. It has the first
-/// three of its axes.
+/// As [`replay`], with a machine that is built for `N` axes and motors, 3 or more, and uses the
+/// first three axes.
 ///
 /// # Errors
 /// As [`replay`].

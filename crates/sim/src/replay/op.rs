@@ -6,7 +6,7 @@
 //! | `wait MS` | nothing happens | MS |
 //! | `send TEXT`, `sendln TEXT` | bytes, bytes and LF | none: they leave while time passes |
 //! | `cmd TEXT` | `sendln`, then the next `ok` or `error:N` | 20 s at most |
-//! | `resp N` | N more of these | 60 s at most |
+//! | `resp N` | N more answers, `ok` or `error:N` | 60 s at most |
 //! | `idle` | until the machine has nothing to do | 25 ms to 120 s |
 //! | `quiet MS` | until the machine's last byte is MS ago | |
 //! | `pin NAME LEVEL` | an input's level, 1 is open | none |

@@ -74,7 +74,7 @@ impl Host for Wire {
     }
 }
 
-/// Whether a line is the answer to a line. The output of a startup line, `>G21:ok`, is not.
+/// Whether a received line answers a sent line. The output of a startup line, `>G21:ok`, does not.
 fn is_answer(line: &str) -> bool {
     line == "ok" || line.starts_with("error:")
 }

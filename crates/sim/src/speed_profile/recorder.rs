@@ -127,8 +127,8 @@ impl Recorder {
         }
     }
 
-    /// Finds the planned move that begins with a segment whose line has these steps. Where planned
-    /// moves were joined into one, several have been noted, and the last of them has all the steps.
+    /// Finds the planned move that begins with a segment whose line has these steps. If the planner
+    /// joined several planned moves into one, the last of them has all the steps.
     fn begin_move(&mut self, steps: &[u32]) {
         let found = self.planned.iter().position(|(_, of)| of.steps == steps);
         let ended = found.and_then(|last| self.planned.drain(..=last).next_back());
@@ -188,7 +188,7 @@ impl Recorder {
         self.pass(&stretch, ahead);
     }
 
-    /// The kind of curve that limits the speed: an arc if the running move or the next one is one.
+    /// The kind of curve that limits the speed: an arc if the running or the next move is an arc.
     fn curve(&self) -> SpeedLimit {
         let mut moves = self.running.iter().chain(self.planned.front());
         match moves.any(|(_, of)| of.is_arc) {
@@ -264,7 +264,8 @@ impl Recorder {
         });
     }
 
-    /// Names the limit of the slower move in stretches that brake for one: that move comes later.
+    /// Names the limit of the slower move in each stretch that brakes for a slower move. The slower
+    /// move comes after the stretch, so its limit is known only now.
     fn name_slower_moves(&mut self) {
         let mut next = None;
         for raw in self.stretches.iter_mut().rev() {
