@@ -2,8 +2,8 @@
 //!
 //! The flash is read in lines of 16 bytes, and each line takes `wait states + 1` cycles. The
 //! accelerator keeps 64 lines of instructions and 8 lines of constants (ACR.ICEN, DCEN), and reads
-//! the next line ahead (ACR.PRFTEN). The least recently used line is replaced. The manual says so of
-//! the instructions, and that the data cache works in the same way.
+//! the next line ahead (ACR.PRFTEN). A new line replaces the least recently used one: the manual
+//! says so for the instruction cache, and says that the data cache works in the same way.
 
 /// FLASH_ACR: the field of the wait states.
 const LATENCY: u32 = 7;
@@ -28,10 +28,10 @@ pub(crate) struct Art {
     pub(crate) statistics: ArtStatistics,
 }
 
-/// How often the flash had to be waited for.
+/// How often a line was in the accelerator, and how often it had to be read from the flash.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ArtStatistics {
-    /// Reads of instruction lines that were held.
+    /// Reads of instruction lines that the accelerator held.
     pub instruction_hits: u64,
     /// Lines of instructions that were read from the flash.
     pub instruction_misses: u64,
@@ -122,7 +122,7 @@ impl<const COUNT: usize> Lines<COUNT> {
         }
     }
 
-    /// Whether a line was held. From now on it is held, in place of the least recently used line.
+    /// Whether the cache held a line. If not, the line replaces the least recently used one.
     fn touch(&mut self, line: u32) -> bool {
         self.clock += 1;
         let held = self.line.iter().position(|&held| held == line);

@@ -448,7 +448,7 @@ impl Machine {
         self.warnings.all()
     }
 
-    /// How often the flash had to be waited for.
+    /// How often the ART accelerator held a line, and how often the flash had to be read.
     pub fn art_statistics(&self) -> ArtStatistics {
         self.art.statistics
     }

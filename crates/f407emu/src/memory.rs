@@ -15,10 +15,10 @@ pub(crate) const SRAM: u32 = 0x2000_0000;
 pub(crate) const CCM: u32 = 0x1000_0000;
 const FLASH_SIZE: usize = 1 << 20;
 const SRAM_SIZE: usize = 128 << 10;
-/// The size of SRAM1. It is a slave of the bus matrix of its own, and is mapped at 0, too, if the
-/// program asks for that.
+/// The size of SRAM1, bytes. The bus matrix has a slave for SRAM1 alone. The program can map SRAM1
+/// at address 0, too.
 pub(crate) const SRAM1_SIZE: u32 = 112 << 10;
-/// This many bytes from the start of SRAM can have their decoded instructions cached.
+/// The number of bytes from the start of SRAM whose decoded instructions are cached.
 const CODE_SIZE: usize = 16 << 10;
 const CCM_SIZE: usize = 64 << 10;
 /// Device signature: the unique number, and the flash's size in KB (RM0090 chapter 39).
@@ -35,14 +35,14 @@ pub(crate) struct Memory {
     pub(crate) low: Low,
     /// The decoded instruction at each halfword of the flash; dropped where the flash is written.
     decoded: Box<[Option<Decoded>]>,
-    /// The same for the start of SRAM, with its addresses from 0.
+    /// The decoded instruction at each halfword of the start of SRAM, as mapped at address 0.
     decoded_low: Box<[Option<Decoded>]>,
 }
 
 /// The memory that is mapped at address 0 (RM0090 section 9.2.1, SYSCFG_MEMRMP.MEM_MODE).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Low {
-    /// The flash: after a reset, with the boot pins as they are.
+    /// The flash: the boot pins select it at every reset.
     Flash,
     /// SRAM1.
     Sram1,

@@ -76,8 +76,8 @@ impl Bench {
         machine.cpu.next = CODE;
         (machine.scb.cfsr, machine.locked) = (0, None);
         machine.nvic = crate::peripheral::nvic::Nvic::new();
-        // No fault can have a handler at this priority: a trap locks up, and leaves the registers
-        // for inspection.
+        // FAULTMASK keeps all fault handlers from running. So a trap locks the core up, and leaves
+        // the registers for inspection.
         machine.cpu.masks.faultmask = true;
         let outcome = (0..count)
             .try_for_each(|_| machine.step())

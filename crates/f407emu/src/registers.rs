@@ -416,9 +416,9 @@ const FAULTS: [(u32, Exception); 3] = [
     (18, Exception::USAGE_FAULT),
 ];
 
-/// Whether a value of a register of the private peripheral bus asks for nothing that is not
-/// modelled: deep sleep, the MPU, trace, and of the debug component all but the watchdog's clock
-/// (RM0090 section 38.16).
+/// Whether everything that a value asks of a register of the private peripheral bus is modelled.
+/// Not modelled are deep sleep, the MPU, trace, and the debug component (RM0090 section 38.16)
+/// except for the bit that stops the watchdog's clock.
 fn is_modelled_here(address: u32, value: u32) -> bool {
     match address {
         SCR => value & SLEEPDEEP == 0,

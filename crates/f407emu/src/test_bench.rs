@@ -34,7 +34,8 @@ impl Machine {
         &mut self.devices.usarts[port as usize].output
     }
 
-    /// The number of bytes that a serial port has lost because the byte before had not been read.
+    /// The number of bytes that a serial port has lost because the program had not read the
+    /// previous byte.
     pub fn uart_overruns(&self, port: SerialPort) -> u64 {
         self.devices.usarts[port as usize].overruns
     }

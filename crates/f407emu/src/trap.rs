@@ -26,7 +26,7 @@ pub enum Trap {
         /// Address of the instruction.
         address: u32,
     },
-    /// Nothing answers at that address, or not to an access of that kind.
+    /// Nothing at this address answers an access of this kind.
     Bus {
         /// Address of the access.
         address: u32,

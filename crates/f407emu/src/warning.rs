@@ -67,8 +67,8 @@ pub enum Warning {
     /// A DMA stream is set up in a way that the manual forbids or that is not modelled, or its
     /// settings were written while it was on.
     DmaMode,
-    /// A DMA stream was to be started while a flag of it was set: it stays off (RM0090 section
-    /// 10.5.5).
+    /// The program wanted to start a DMA stream while a flag of the stream was set: the stream
+    /// stays off (RM0090 section 10.5.5).
     DmaFlags,
     /// A USART is in a mode that is not modelled, or at a rate that is out of range.
     UsartMode {
@@ -81,7 +81,7 @@ pub enum Warning {
         /// Base address of the USART.
         base: u32,
     },
-    /// A byte was written to a USART before it had taken the byte before.
+    /// A byte was written to a USART before the USART had taken the previous byte.
     UsartOverwrite {
         /// Base address of the USART.
         base: u32,

@@ -30,8 +30,8 @@ fn conditional(word: u32, address: u32) -> Branch {
     }
 }
 
-/// The target of a branch of up to 16 MB. The encoding keeps two bits of the offset as their
-/// agreement with the sign (A7.7.12, encoding T4).
+/// The target of a branch of up to 16 MB. For two bits of the offset the encoding stores whether
+/// the bit equals the sign (A7.7.12, encoding T4).
 fn far_target(word: u32, address: u32) -> u32 {
     let sign = bits(word, 26, 1);
     let agrees = |index| u32::from(bits(word, index, 1) == sign);

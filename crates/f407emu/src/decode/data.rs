@@ -52,7 +52,7 @@ pub(super) fn shifted_register(word: u32) -> Instruction {
     })
 }
 
-/// The common fields of the two encodings.
+/// The fields that instructions with a modified constant and with a shifted register share.
 struct Operation {
     op: DataOp,
     flags: SetFlags,
@@ -60,7 +60,8 @@ struct Operation {
     rn: u8,
 }
 
-/// Reads these fields. Register 15 as destination makes a comparison, as first operand a move.
+/// Reads the fields of [`Operation`]. Register 15 as destination makes the operation a comparison,
+/// register 15 as first operand makes it a move.
 fn operation(word: u32) -> Option<Operation> {
     let (rd, rn) = (register(word, 8), register(word, 16));
     let set = bit(word, 20);
@@ -89,7 +90,7 @@ fn operation(word: u32) -> Option<Operation> {
     })
 }
 
-/// Table A5-12: constants as they are, bit fields and saturation.
+/// Table A5-12: plain constants, bit fields and saturation.
 fn plain(word: u32, address: u32) -> Instruction {
     let (rd, rn) = (register(word, 8), register(word, 16));
     let constant = constant12(word);
@@ -181,7 +182,8 @@ fn constant12(word: u32) -> u32 {
     bits(word, 26, 1) << 11 | bits(word, 12, 3) << 8 | bits(word, 0, 8)
 }
 
-/// ThumbExpandImm_C (A5.3.2): a repeated byte, or one rotated, whose top bit is then the carry.
+/// ThumbExpandImm_C (A5.3.2): a repeated byte without a carry, or a rotated byte, where the top bit
+/// of the result is the carry.
 fn expand(constant: u32) -> (u32, Option<bool>) {
     let byte = constant & 0xFF;
     match constant >> 8 {

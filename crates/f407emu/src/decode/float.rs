@@ -5,7 +5,7 @@
 use super::{bit, bits, register};
 use crate::instruction::{Direction, Float, FloatOp, FloatUnary, Instruction};
 
-/// All of them (table A6-1). Coprocessors other than 10 and 11 do not exist.
+/// Decodes any of these instructions (table A6-1). Coprocessors other than 10 and 11 do not exist.
 pub(super) fn decode(word: u32) -> Instruction {
     if bits(word, 9, 3) != 5 || bit(word, 28) {
         return Instruction::Undefined;

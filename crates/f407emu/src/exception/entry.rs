@@ -15,7 +15,7 @@ pub(super) const FLOAT_FRAME: u32 = 0x68;
 const VECTOR_OVERLAP: u64 = 6;
 
 impl Machine {
-    /// Enters a handler; the instruction to return to is the next one.
+    /// Enters a handler, which will return to the next instruction of the interrupted program.
     pub(crate) fn enter(&mut self, exception: Exception) -> Result<(), Stop> {
         let began = self.cycle;
         let value = self.exception_return_value();

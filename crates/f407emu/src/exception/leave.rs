@@ -7,7 +7,7 @@ use crate::{
     trap::{Stop, Trap},
 };
 
-/// Bits of that value: return to thread mode; use the process stack; the frame has no
+/// Bits of the special value: return to thread mode; use the process stack; the frame has no
 /// floating-point registers.
 const TO_THREAD: u32 = 1 << 3;
 const TO_PROCESS_STACK: u32 = 1 << 2;
@@ -84,7 +84,8 @@ impl Machine {
         self.last_access = LastAccess::None;
     }
 
-    /// Registers that were never put on the stack are still there.
+    /// Restores the floating-point registers from the stack. If lazy stacking has not stored them,
+    /// the registers still have their values.
     fn unstack_float(&mut self, address: u32) -> Result<(), Trap> {
         if self.scb.lazy_pending() {
             self.scb.end_promise();

@@ -1,5 +1,5 @@
-//! Single-precision arithmetic (DDI 0403, A2.5), carried out with the host's: both follow IEEE 754
-//! and round to nearest.
+//! Single-precision arithmetic (DDI 0403, A2.5). The host's arithmetic carries it out, since both
+//! follow IEEE 754 and round to nearest.
 //!
 //! Not modelled: other rounding modes (except in VCVTR), flush-to-zero, and the cumulative
 //! exception flags.

@@ -61,7 +61,7 @@ impl Machine {
         self.spend(1);
     }
 
-    /// Operations on bytes and halves, and those that saturate sums.
+    /// Operations on bytes and halves, and operations that saturate sums.
     fn execute_lanes(&mut self, media: Media) {
         match media {
             Media::Select { rd, rn, rm } => self.select(rd, rn, rm),

@@ -1,5 +1,5 @@
-//! Loads and stores. A load takes two cycles. It takes one if it follows another access and does
-//! not use its result as address.
+//! Loads and stores. A load takes two cycles, but only one if it follows another access and does
+//! not use the value loaded there as its address.
 use crate::{
     instruction::{AddressMode, LoadKind, Memory, Width},
     machine::{LastAccess, Machine},
@@ -63,7 +63,7 @@ impl Machine {
         }
     }
 
-    /// Accesses to several words, and exclusive ones.
+    /// Accesses to several words, and exclusive accesses.
     fn execute_several(&mut self, memory: Memory) -> Result<(), Trap> {
         match memory {
             Memory::LoadDouble {

@@ -12,7 +12,7 @@
 //! work together, a sampling time that changes during a conversion (section 13.13.4). ADC2 and ADC3
 //! do not exist here.
 
-/// ADC_SR: the injected group has ended; it has begun.
+/// ADC_SR: the injected group has ended; the injected group has begun.
 const JEOC: u32 = 1 << 2;
 const JSTRT: u32 = 1 << 3;
 /// ADC_CR1: convert all channels of a group; bits that are not modelled.

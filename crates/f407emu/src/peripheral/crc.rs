@@ -4,9 +4,9 @@
 const DR: u32 = 0x0;
 const IDR: u32 = 0x4;
 const CR: u32 = 0x8;
-/// After a reset of the unit (section 4.4.1).
+/// The CRC after a reset of the unit (section 4.4.1).
 const START: u32 = u32::MAX;
-/// Ethernet's (section 4.2).
+/// The polynomial, the same as Ethernet's (section 4.2).
 const POLYNOMIAL: u32 = 0x04C1_1DB7;
 /// Cycles of HCLK that a word takes (section 4.3): the next access to DR waits for its end.
 const WORD: u64 = 4;

@@ -228,8 +228,8 @@ impl Dma {
 }
 
 impl Stream {
-    /// Starts the stream. The count that was written last comes back where nothing is left of it
-    /// (section 10.5.6). Returns whether a memory-to-memory transfer begins.
+    /// Starts the stream. If no data are left, the count starts again at the number that was
+    /// written last (section 10.5.6). Returns whether a memory-to-memory transfer begins.
     fn start(&mut self) -> bool {
         if self.left == 0 {
             self.left = self.written;

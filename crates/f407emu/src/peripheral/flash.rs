@@ -178,7 +178,7 @@ impl Flash {
         if value & STRT == 0 {
             return None;
         }
-        // MER has precedence, and neither of both must not be (section 3.6.3).
+        // STRT needs MER or SER. If both are set, MER has precedence (section 3.6.3).
         if value & (MER | SER) != SER {
             let address = BASE + 0x10;
             warnings.add(Warning::NotModelled { address });

@@ -468,7 +468,7 @@ fn enable_of(address: u32) -> Option<(u32, u32)> {
     })
 }
 
-/// Whether a value of the register at `offset` asks for nothing that is not modelled.
+/// Whether everything that a value asks of the register at `offset` is modelled.
 fn is_modelled(offset: u32, value: u32) -> bool {
     let awake = |&(place, bits): &(usize, u32)| place as u32 != offset || value == bits;
     match offset as usize / 4 {

@@ -308,7 +308,8 @@ impl Timer {
         self.sr & self.dier & COMPARES != 0
     }
 
-    /// The PWM of a channel: the HCLK cycles for which it is high, and those of the period.
+    /// The PWM of a channel: the HCLK cycles for which it is high, and the HCLK cycles of the
+    /// period.
     pub(crate) fn duty(&self, channel: usize) -> Option<(u64, u64)> {
         let counts = u64::from(self.top) + 1;
         let high = self.outputs.high_counts(channel, counts)?;

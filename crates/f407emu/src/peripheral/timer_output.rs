@@ -101,8 +101,8 @@ impl Outputs {
         }
     }
 
-    /// Whether a channel captures an edge of the timer's pin `input`. CCxS selects the pin: its own
-    /// or that of the neighbour. CCxNP and CCxP select rising, falling or both edges (section
+    /// Whether a channel captures an edge of the timer's pin `input`. CCxS selects the pin of the
+    /// channel or of its neighbour. CCxNP and CCxP select rising, falling or both edges (section
     /// 18.4.9). CCxE enables the capture.
     pub(crate) fn captures(&self, channel: usize, input: usize, rises: bool) -> bool {
         let selected = match half(self.ccmr, channel) & 3 {

@@ -80,7 +80,7 @@ pub(crate) struct Usart {
     misses: bool,
     /// Bytes that the program has sent.
     pub(crate) output: Vec<u8>,
-    /// The number of bytes that came before the one before them had been read.
+    /// The number of bytes that came before the program had read the previous byte.
     pub(crate) overruns: u64,
 }
 

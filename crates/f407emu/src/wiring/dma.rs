@@ -90,8 +90,8 @@ impl Machine {
     }
 
     /// The memories that a DMA controller can reach: not CCM, which is on the core's bus (RM0090
-    /// section 2.1). The manual's text does not say here whether it reaches the flash (2.1.4,
-    /// 2.1.5); the emulator allows it.
+    /// section 2.1). The manual does not say whether a DMA controller reaches the flash (sections
+    /// 2.1.4 and 2.1.5); the emulator allows it.
     fn dma_memory(&self, address: u32) -> Option<(Region, usize)> {
         let place = self.memory.place(address)?;
         matches!(place.0, Region::Flash | Region::Sram).then_some(place)

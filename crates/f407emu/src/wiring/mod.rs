@@ -1,5 +1,5 @@
-//! Connects the peripherals: events in the order of time, and clocks. The files below it have
-//! interrupt lines, DMA requests and pins.
+//! Connects the peripherals: events in the order of time, and clocks. The other files of this
+//! folder connect interrupt lines, DMA requests and pins.
 mod dma;
 mod pins;
 pub(crate) mod serial;

@@ -24,7 +24,7 @@ pub(crate) struct Register {
     pub(crate) write: u32,
     /// Reserved bits that read as ones, and have to be written as ones.
     pub(crate) ones: u32,
-    /// Whether writes to reserved bits are ignored, because a driver of others makes them.
+    /// Whether writes to reserved bits are ignored: the third-party USB driver makes such writes.
     passes: bool,
 }
 

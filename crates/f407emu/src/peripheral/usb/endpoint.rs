@@ -193,9 +193,10 @@ pub(super) struct Out {
 }
 
 impl Out {
-    /// Counts a packet of endpoint `index`. Answers whether it was the transfer's last one, as a
-    /// short one is: no more are taken. The endpoint stays enabled until the program has read that
-    /// the transfer has ended (section 34.17.6).
+    /// Counts a packet of endpoint `index`. Answers whether it was the last packet of the transfer;
+    /// a packet shorter than the largest size always is. After the last packet the endpoint refuses
+    /// data, but stays enabled until the program has read that the transfer has ended (section
+    /// 34.17.6).
     pub(super) fn take(&mut self, index: usize, length: usize) -> bool {
         let is_short = (length as u32) < largest(self.registers.control, index);
         let is_last = self.registers.packet(length as u32) || is_short;

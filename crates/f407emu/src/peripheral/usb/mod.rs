@@ -300,7 +300,7 @@ impl Usb {
     }
 
     fn pop_entry(&mut self) -> u32 {
-        // Data that were left would be taken for the next entry.
+        // Data of the previous entry that are not read yet would be taken for this entry's data.
         self.misuse |= !self.data.is_empty();
         let Some(entry) = self.receive.pop_front() else {
             self.misuse = true;
@@ -451,7 +451,7 @@ impl Usb {
     }
 }
 
-/// Whether a value of the register at `offset` asks for nothing that is not modelled.
+/// Whether everything that a value asks of the register at `offset` is modelled.
 pub(crate) fn is_modelled(offset: u32, value: u32) -> bool {
     const WKUPINT: u32 = 1 << 31;
     const INTERRUPTS: u32 = RXFLVL | USBSUSP | USBRST | ENUMDNE | IEPINT | WKUPINT;
