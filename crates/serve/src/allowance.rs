@@ -1,4 +1,4 @@
-//! The pages and names that the user lets in, as a request names them.
+//! The web pages and computer names that the user lets in, spelled as in a browser's request.
 
 use std::fmt;
 use std::net::Ipv6Addr;
@@ -6,7 +6,7 @@ use std::net::Ipv6Addr;
 /// Ports that an origin leaves out (RFC 6454, section 6.2).
 const USUAL_PORTS: [(&str, u16); 4] = [("http", 80), ("https", 443), ("ws", 80), ("wss", 443)];
 
-/// A text that neither an origin nor a name is.
+/// A text that is neither an origin nor a name.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct NoAllowance;
 
@@ -25,7 +25,7 @@ impl std::error::Error for NoAllowance {}
 /// its end, and without the usual port of its scheme.
 ///
 /// # Errors
-/// It is none of them: no request could have it.
+/// The text is none of these, so no request can have it.
 pub fn allowance(text: &str) -> Result<String, NoAllowance> {
     let text = text.to_ascii_lowercase();
     let Some((scheme, rest)) = text.split_once("://") else {

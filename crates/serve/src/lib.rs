@@ -120,7 +120,7 @@ fn run(profile: &Profile, rate: Rate, state: Option<StateFile>, server: &mut Ser
     let glitches = Glitches::of(profile);
     let motors = profile.motor_count();
     let mut supply = Supply {
-        // Leaked once here and not at each restart: the settings stay in memory.
+        // The settings stay in memory for ever, so they are made once, not at each restart.
         first: Some(profile.first_settings().leak()),
         lines: server.line_count(),
         ..profile.supply(rate)

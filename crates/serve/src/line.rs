@@ -1,5 +1,5 @@
-//! One serial line as the server sees it, whatever carries it: it is opened, passes bytes both
-//! ways, and is closed.
+//! One serial line as the server sees it: it is opened, passes bytes both ways, and is closed. It
+//! may be a TCP socket, a WebSocket or a pseudo-terminal.
 //!
 //! ```text
 //!   client <--- socket or pty ---> reader thread --- Event ---> server loop
@@ -52,7 +52,8 @@ impl fmt::Display for LineSpec {
 /// Why a line is not available.
 #[derive(Debug)]
 pub enum LineError {
-    /// The address cannot be listened on: in use, not this machine's, not allowed.
+    /// The server cannot listen at the address: it is in use, belongs to another computer, or is
+    /// not allowed.
     Listen(io::Error),
     /// Something exists at the link's path already.
     LinkExists,

@@ -96,8 +96,8 @@ fn watch(stream: &TcpStream) {
     let _ = socket.set_tcp_user_timeout(Some(GONE));
 }
 
-/// Gets the port, and waits for it if necessary; says once that it has to wait. `None` where the
-/// server ends first.
+/// Opens the port. While the port is not available, waits for it, and says so once. `None` where
+/// the server ends first.
 fn listen(address: &str, uplink: &Uplink) -> Option<TcpListener> {
     let mut said = false;
     while !uplink.stopped() {

@@ -45,8 +45,8 @@ pub(super) fn run(link: &Path, uplink: &Uplink) {
     }
 }
 
-/// Makes the port, and waits for it if necessary; says once that it has to wait. `None` where the
-/// server ends first.
+/// Makes the port. While it cannot be made, tries again and again, and says so once. `None` where
+/// the server ends first.
 fn open(link: &Path, uplink: &Uplink) -> Option<Port> {
     let mut said = false;
     while !uplink.stopped() {

@@ -1,5 +1,5 @@
-//! The HTTP that is needed: a request is read with tungstenite, and a request for the page is
-//! answered with the document.
+//! The part of HTTP that the server needs: it reads a request with tungstenite, and answers a
+//! request for the page with the document.
 //!
 //! ```text
 //!   GET /?token=...                        the document

@@ -129,7 +129,7 @@ impl Seat {
     fn end_silence(&self) {
         if let Some(holder) = &self.people().holder {
             if holder.heard.elapsed() >= SILENCE {
-                // If it has disconnected on its own, this does no harm.
+                // If the holder has disconnected on its own, this does no harm.
                 let _ = holder.stream.shutdown(Shutdown::Both);
             }
         }

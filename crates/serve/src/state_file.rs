@@ -164,7 +164,7 @@ impl StateFile {
                 random.len() == 6 && random.bytes().all(|byte| byte.is_ascii_alphanumeric())
             };
             if random.is_some_and(is_ours) {
-                // If it cannot be removed, it does no harm.
+                // A leftover that cannot be removed does no harm.
                 let _ = std::fs::remove_file(entry.path());
             }
         }
@@ -227,8 +227,8 @@ impl StateFile {
 
     fn try_copy(&self) -> io::Result<PathBuf> {
         let bytes = std::fs::read(&self.path)?;
-        // The damage stays until a setting is stored, so one copy is enough for all starts until
-        // then.
+        // The file stays damaged until a setting is stored. Until then, one copy is enough for all
+        // starts.
         let mut taken = self.names().take_while(|name| name.exists());
         let same = taken.find(|name| std::fs::read(name).is_ok_and(|kept| kept == bytes));
         if let Some(name) = same {

@@ -60,8 +60,8 @@ pub(super) fn beginning(bytes: &[u8]) -> Beginning {
     }
 }
 
-/// The pages and names that are allowed besides those that always are, and the token for the
-/// server's own page.
+/// The pages and names that the user allows in addition to the ones that are always allowed, and
+/// the token for the server's own page.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Allowed {
     names: Vec<String>,
@@ -106,7 +106,7 @@ impl Allowed {
         Self { names, token }
     }
 
-    /// The same with a token that the user has chosen.
+    /// The same pages and names, with a token that the user has chosen.
     #[must_use]
     pub fn with_token(self, token: Token) -> Self {
         Self { token, ..self }
@@ -170,7 +170,7 @@ fn is_this_computer(host: &str) -> bool {
         || name.ends_with(".localhost")
 }
 
-/// Whether a page was served by the very port that it asks.
+/// Whether the port that a page sends its request to has served this page.
 fn is_served_by(page: &str, host: &str) -> bool {
     let authority = page
         .strip_prefix("http://")

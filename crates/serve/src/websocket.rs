@@ -219,9 +219,9 @@ impl Away {
     }
 }
 
-/// Agrees to the first of the subprotocols that a client offers. A client that has offered some
-/// hangs up if none of them is chosen (RFC 6455, section 4.1). Their names say nothing about the
-/// bytes.
+/// Agrees to the first of the subprotocols that a client offers. A client that has offered
+/// subprotocols hangs up if none is chosen (RFC 6455, section 4.1). Whichever is chosen, the bytes
+/// stay the same.
 fn agree(request: &Request, mut response: Response) -> Response {
     let offered = request.headers().get(SEC_WEBSOCKET_PROTOCOL);
     let names = offered.and_then(|names| names.to_str().ok());
@@ -306,7 +306,7 @@ fn answer(control: Control, sink: &Sink, reader: &TcpStream) {
 fn close(sink: &Sink, reader: &TcpStream, code: CloseCode) {
     let reason = "".into();
     send(sink, Frame::close(Some(CloseFrame { code, reason })));
-    // If this fails, it is closed already.
+    // If this fails, the connection is closed already.
     let _ = reader.shutdown(Shutdown::Both);
 }
 
