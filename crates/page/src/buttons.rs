@@ -19,7 +19,8 @@ pub struct Buttons {
 }
 
 impl Buttons {
-    /// Holds the same switches again after the machine was reset: it is the same machine.
+    /// Holds the pressed switches again after a reset of the machine, which does not release them.
+    /// Buttons are released.
     pub fn hold_on(&mut self, desk: &mut Desk<'_>) {
         self.pressed.clear();
         for (pin, level) in &self.held {

@@ -1,4 +1,4 @@
-//! A machine under power, as the server sees it.
+//! A machine under power, as the code that shows it on pages uses it.
 
 use crate::trail::Trail;
 use crate::wires::Wires;

@@ -39,7 +39,7 @@ const MACHINE: [Module; 9] = [
 /// The module that reaches a machine through a server.
 const SOCKET: Module = ("link", include_str!("../web/link.js"));
 
-/// The module that reaches a machine in the browser. It has the same name and the same use.
+/// The module that reaches a machine in the browser. Other modules use it as they use [`SOCKET`].
 const WORKERS: Module = ("link", include_str!("../web/local.js"));
 
 /// The script of the workers of [`WORKERS`].

@@ -1,4 +1,4 @@
-//! Real time: up to which cycle the simulation should have run by now.
+//! Real time: the cycle that the simulation should have reached by now.
 
 use leadscrew_sim::clock::{Cycle, CPU_HZ};
 use std::time::Duration;
@@ -28,8 +28,8 @@ impl Pace {
         self.cycle + self.cycles(wall.saturating_sub(self.wall))
     }
 
-    /// Skips the time that the simulation is behind, if it is too long to catch up; returns whether
-    /// it did.
+    /// Skips the time by which the simulation is behind if it is more than `PATIENCE`. Returns
+    /// whether time was skipped.
     pub fn give_up(&mut self, wall: Duration, reached: Cycle) -> bool {
         let behind = self.due(wall) - reached;
         let hopeless = behind > self.cycles(PATIENCE);

@@ -24,11 +24,11 @@ pub struct Trail {
     first: u32,
     /// Moves that are finished: the number of the move under way.
     done: u32,
-    /// The last of the planned moves that were joined into the one under way; the first of them is
-    /// `done` when the joined move begins.
+    /// The number of the last planned move that was joined into the move under way. The first of
+    /// the joined moves has number `done` when the joined move begins.
     joined: u32,
-    /// Moves that have not begun. For each: its number, and the steps of each motor in it and in
-    /// all moves that were joined with it before it.
+    /// Moves that have not begun. For each: its number, and the steps of each motor. The steps of
+    /// earlier moves that were joined with it are included.
     planned: VecDeque<(u32, Vec<u32>)>,
     /// The end of the last planned move.
     at: Option<[f32; 3]>,

@@ -12,7 +12,7 @@ use std::collections::VecDeque;
 struct Wire {
     waiting: VecDeque<u8>,
     /// The number of waiting bytes that a client had sent before it disconnected; `None` where no
-    /// client has.
+    /// client has disconnected.
     gone: Option<usize>,
     /// Bytes that the machine has taken since the last call of [`Wires::taken`].
     taken: usize,
