@@ -65,9 +65,10 @@ type Wrong = (usize, String);
 enum Fate {
     /// It stays, and may have words of these letters.
     Stays(&'static [Letter]),
-    /// It sets the places of axes, and names one at least: printers do not agree on it alone.
+    /// It sets the places of axes, and has to name an axis: without one, printers disagree on its
+    /// meaning.
     Places,
-    /// It waits for the operator. A controller goes on at M1.
+    /// It waits for the operator, and becomes M0: a Grbl controller would not wait at M1.
     Operator,
     /// A pause of `P` ms or `S` s.
     Pause,
@@ -136,7 +137,8 @@ impl Printer {
         Ok(())
     }
 
-    /// Writes a command again, without its line number, which only protects the line to a printer.
+    /// Writes a command again without its line number, which only protects the line on its way to a
+    /// printer.
     fn write(&mut self, words: &[Word]) {
         let shown: Vec<String> = words.iter().map(Word::to_string).collect();
         let command = shown.first().map(String::as_str);
@@ -209,7 +211,7 @@ fn here_is(home: &[Mm; 3], letters: &[char]) -> String {
     line
 }
 
-/// A numbered line without the checksum, which protects it to a printer as the number does.
+/// A numbered line without its checksum, which only protects the line on its way to a printer.
 fn without_checksum(text: &str) -> Result<&str, Wrong> {
     let is_numbered = text.trim_start().starts_with(['N', 'n']);
     let Some((line, checksum)) = text.rsplit_once('*').filter(|_| is_numbered) else {

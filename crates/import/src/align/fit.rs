@@ -31,7 +31,7 @@ pub struct Fit {
     /// it.
     pub scale: f64,
     /// Whether the points fit a mirrored board better. Two points, or points on one line, cannot
-    /// show it.
+    /// show whether a board is mirrored.
     pub is_mirrored: bool,
     /// How far each measured point is from its place in the turned and shifted job, mm.
     pub misses: Vec<f64>,

@@ -145,7 +145,7 @@ impl Board {
     }
 
     /// Adds shapes to their bit. Tools of one diameter share a bit, whatever their numbers in the
-    /// files; the slowest feed and speed count.
+    /// files. The bit gets the slowest of their feeds and of their speeds.
     fn add(&mut self, bit: Bit, shapes: Vec<Shape>) {
         let same = |group: &&mut Group| match bit.diameter {
             Some(_) => group.bit.diameter == bit.diameter,

@@ -1,4 +1,4 @@
-//! Puts holes in an order in which no exchange of two legs of the way makes it shorter.
+//! Puts holes in an order in which no exchange of two legs makes the way shorter.
 //!
 //! ```text
 //! a -> b ... c -> d   becomes   a -> c ... b -> d     the part between is passed backwards

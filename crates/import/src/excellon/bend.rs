@@ -4,16 +4,17 @@
 use super::shape::Centre;
 use crate::{Mm, Point};
 
-/// How far an arc's ends and its centre may miss each other, mm: a file's numbers are rounded. GRBL
-/// allows as much.
+/// How much an arc's two ends may differ in their distance from the centre, mm, since a file's
+/// numbers are rounded. GRBL allows as much.
 const ROUNDING: f64 = 0.005;
-/// The same as a share of the radius, and its limit in mm.
+/// On a large arc the difference may also be this share of the radius, but at most `MOST` mm.
 const SHARE: f64 = 0.001;
 const MOST: f64 = 0.5;
 
 /// The centre of an arc of this radius that leads along `way`.
 ///
-/// The radius of half a circle may be too short by its rounding. Its centre is then in the middle.
+/// Rounding may make the radius of half a circle too short. The centre is then in the middle of the
+/// way.
 pub(super) fn by_radius(radius: Mm, way: Point) -> Result<Centre, &'static str> {
     if radius <= Mm::ZERO {
         return Err("a radius is more than 0");
@@ -34,7 +35,7 @@ pub(super) fn by_radius(radius: Mm, way: Point) -> Result<Centre, &'static str> 
     }))
 }
 
-/// The centre of an arc that leads along `way`; `centre` is the way to it from the start.
+/// The centre of an arc that leads along `way`; `centre` is the way from the start to the centre.
 pub(super) fn by_centre(centre: Point, way: Point) -> Result<Centre, &'static str> {
     let radius = length(centre);
     let miss = (length(way - centre) - radius).abs();

@@ -1,8 +1,8 @@
 //! Finds out, from the numbers of a file, which zeros they leave out.
 //!
-//! A program that leaves out leading zeros never writes one, and the same holds for trailing zeros.
-//! So a file with a leading zero keeps leading zeros. If it has no trailing zero at the same time,
-//! it leaves those out.
+//! A program that leaves out leading zeros never writes a leading zero, and the same holds for
+//! trailing zeros. So a file with a leading zero keeps leading zeros. If this file has no trailing
+//! zero, it leaves out trailing zeros.
 
 use super::format::Zeros;
 use super::word::words;

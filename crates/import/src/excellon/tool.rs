@@ -84,7 +84,8 @@ impl Reader {
         }
     }
 
-    /// Reads a feed in inches a minute. The unit of a metric `F` is not agreed upon.
+    /// Reads a feed in inches a minute. In a metric file, `F` is ignored with a note, because
+    /// programs do not agree on its unit.
     fn feed(&mut self, word: &Word) -> Result<Option<Mm>, Wrong> {
         let units = self.units(word)?;
         let feed = decimal::length(word.text, units.nanos());
