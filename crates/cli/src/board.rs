@@ -117,7 +117,7 @@ fn check(boards: &[String]) -> Result<bool, Unusable> {
     Ok(right)
 }
 
-/// Says what is wrong with a board; whether nothing is.
+/// Prints the mistakes of a board. Returns whether there are none.
 fn say_findings(name: &str, board: &Board) -> Result<bool, Unusable> {
     let findings = board.check();
     for finding in &findings {
@@ -211,7 +211,7 @@ fn tell(args: &PackArgs, text: String) -> Result<(), Unusable> {
     say(text)
 }
 
-/// How the firmware is built that reads a record.
+/// The command that builds a firmware for this record.
 fn image_for(record: &[u8]) -> &'static str {
     let content = Record::read(record).map(|(record, _)| record.content);
     match content.is_ok_and(|content| Image::Three.takes(&content.shape)) {
@@ -236,7 +236,8 @@ fn record(board: &Board, machine: Option<&Path>) -> Result<Vec<u8>, Unusable> {
         .map_err(|why| named(why.to_string()))
 }
 
-/// An image with the record at `offset`, where it has nothing, or another record.
+/// The image of `path` with the record put in at `offset`. The image must be empty there, or have
+/// another record.
 fn joined(path: &Path, record: &[u8], offset: u32) -> Result<Vec<u8>, Unusable> {
     let unread = |why: String| unusable(format!("{}: {why}", path.display()));
     let mut image = fs::read(path).map_err(|error| unread(format!("cannot be read: {error}")))?;

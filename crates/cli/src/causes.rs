@@ -7,7 +7,8 @@ use std::collections::BTreeMap;
 /// The most causes that are counted. Complaints of further causes are all shown.
 const KEPT: usize = 1000;
 
-/// The mistake, and its word or axis. Complaints with the same two are one group.
+/// The mistake, and its word or axis. Complaints of one group have the same mistake and the same
+/// word or axis.
 type Cause = (String, String);
 
 /// The complaints of one cause.
@@ -79,8 +80,8 @@ fn axes(detail: &str) -> String {
     detail.split("; ").map(end).collect::<Vec<_>>().join(", ")
 }
 
-/// The word that a text begins with: a whole G or M code. Of another word only the letter, since
-/// its value differs from line to line.
+/// The word that a text begins with: all of a G or M code, but only the letter of any other word,
+/// since its value differs from line to line.
 fn word(rest: &str) -> String {
     let first = rest.chars().next().unwrap_or(' ').to_ascii_uppercase();
     if first.is_ascii_alphabetic() && !"GM".contains(first) {

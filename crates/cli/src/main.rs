@@ -76,7 +76,8 @@ fn unusable<E: Display + 'static>(error: E) -> Unusable {
     Box::new(error)
 }
 
-/// Ends a command that went on after jobs that could not be done: their messages, one a line.
+/// The result of a command that went on after jobs which could not be done. The error has their
+/// messages, one a line.
 fn all_done(undone: &[Unusable]) -> Result<(), Unusable> {
     let messages: Vec<String> = undone.iter().map(ToString::to_string).collect();
     match messages.as_slice() {

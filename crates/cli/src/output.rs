@@ -1,7 +1,7 @@
 //! The destination of an output: a new file, standard output (`-`), or an existing pipe or device.
 //!
-//! A file appears under its name when it is complete. If the program is stopped before, an existing
-//! file stays as it was.
+//! A file appears under its name when it is complete. If the program is stopped before that, an
+//! existing file of this name stays unchanged.
 
 use super::said::unless_left;
 use atomic_write_file::AtomicWriteFile;
@@ -36,18 +36,18 @@ pub(super) fn is_stdout(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-/// Whether a path leads to the same file as one of `inputs`: an output must not replace it. A
-/// device may be both.
+/// Whether a path leads to the same file as one of `inputs`: an output must not replace an input. A
+/// device does not count, since it may be input and output.
 pub(super) fn is_input(path: &Path, inputs: &[&Path]) -> bool {
     let target = fs::canonicalize(path).ok().filter(|path| path.is_file());
     let is_target = |input: &&Path| target.is_some() && fs::canonicalize(input).ok() == target;
     inputs.iter().any(is_target)
 }
 
-/// Refuses outputs that would replace a file that is read, or one another.
+/// Checks that no output would replace an input or another output.
 ///
 /// # Errors
-/// Where one would.
+/// An output would replace one of these files.
 pub(super) fn spare<'a>(
     inputs: &[&Path],
     outputs: impl Iterator<Item = &'a Path>,

@@ -74,7 +74,7 @@ pub(super) fn run(args: &JobArgs) -> Result<bool, Unusable> {
     Ok(clean)
 }
 
-/// The key of the part that would fail, where the machine lacks it.
+/// The key in the machine file of the part that `fault` breaks, if the machine lacks this part.
 fn lacks(machine: &Machine, fault: HeatFault) -> Option<&'static str> {
     let heaters = &machine.file.heaters;
     match fault.failure {

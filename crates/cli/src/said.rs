@@ -22,8 +22,8 @@ pub(super) fn put(bytes: &[u8]) -> Result<(), Unusable> {
     unless_left(written).map_err(|error| unusable(format!("standard output: {error}")))
 }
 
-/// The outcome of writing to standard output. It is no failure if the reader has closed it early
-/// (`| head`).
+/// The outcome of writing to standard output. A reader that has closed it early (`| head`) is no
+/// failure.
 ///
 /// # Errors
 /// Every other failure.

@@ -112,8 +112,8 @@ impl WaveformFile {
     }
 }
 
-/// The electrical levels of pins: high for the motors in `active`, and the other way round for
-/// those in `invert`.
+/// The electrical levels of pins: high for the motors in `active`. The levels of the motors in
+/// `invert` are inverted.
 fn levels(active: MotorMask, invert: MotorMask) -> MotorMask {
     MotorMask::from_bits(active.bits() ^ invert.bits())
 }

@@ -92,7 +92,7 @@ impl Columns {
 
 impl Column {
     /// Adds a piece of a stretch to the column. `part` is the piece's begin and end as shares of
-    /// the stretch's time; it takes `share` of the column.
+    /// the stretch's time. The piece takes `share` of the column's time.
     fn add(&mut self, stretch: &Stretch, part: [f64; 2], share: f64, group: usize) {
         let between = |ends: [f64; 2]| part.map(|t| ends[0] + (ends[1] - ends[0]) * t);
         let (speed, power) = (between(stretch.speed), between(stretch.power));

@@ -9,8 +9,8 @@
 //!  legend: colour, limit, share of the time
 //! ```
 //!
-//! Time is cut into one column per pixel, so that a picture of a million moves is not larger than
-//! one of ten.
+//! Time is cut into one column per pixel, so that a picture of a million moves is not larger than a
+//! picture of ten moves.
 
 use super::columns::{Column, Columns};
 use super::page::{axes, page, rectangle, text, Frame};

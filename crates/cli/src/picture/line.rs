@@ -15,8 +15,8 @@ pub(super) struct Line {
     last: Option<usize>,
     /// The last point in the data.
     at: [f64; 2],
-    /// Points after `at` that are not in the data yet. Only the last of them will be, if they fit
-    /// one line.
+    /// Points after `at` that are not in the data yet. They fit one line, so only the last of them
+    /// will be added.
     open: Vec<[f64; 2]>,
 }
 

@@ -225,8 +225,8 @@ impl<'a> Plot<'a> {
         [Group::new().add(kept), pale, full]
     }
 
-    /// How much wider a cut drawn at `order` is than the last one, pixels. So passes that lie below
-    /// others show on both sides of them.
+    /// How much wider a cut drawn at `order` is than the pass drawn last, pixels. So a pass shows
+    /// on both sides of the passes on top of it.
     fn stands_out(&self, order: i16) -> f64 {
         let sign = if self.builds_up() { -1 } else { 1 };
         let orders = self

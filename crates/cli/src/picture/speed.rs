@@ -1,4 +1,4 @@
-//! The speed along time: `profile` prints the same curve.
+//! The speed along time: `profile --svg` draws the same curve.
 
 use super::columns::Columns;
 use super::page::{axes, Frame};
