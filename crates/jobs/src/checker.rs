@@ -231,7 +231,8 @@ impl<const AXES: usize> Checker<AXES> {
                 stored.map(|_| ()).map_err(|status| refused(status.into()))
             }
             Command::Spindle(_) => {
-                // A laser's power may change in motion.
+                // M3 to M5 wait for the end of motion, except with a laser: its power may change in
+                // motion.
                 self.moves &= self.settings.is_on(Setting::Laser);
                 Ok(())
             }
@@ -297,7 +298,7 @@ impl<const AXES: usize> Checker<AXES> {
         }
     }
 
-    /// Whether the steps of a move can be counted: a fault where there are too many.
+    /// Checks that the steps of a move can be counted. A move with too many steps is a fault.
     fn check_length(&self, from: &[Coordinate; AXES], to: &[Coordinate; AXES]) -> Finding {
         let scales = self.scales();
         let too_long = (0..AXES).any(|axis| {

@@ -6,8 +6,8 @@
 //!    `----bytes---> Stream: simulated machine ----> ProfileReport   Recorder watches
 //! ```
 //!
-//! It needs neither a command line nor a clock nor threads. Its users are `leadscrew check` and
-//! `profile`, the page of `leadscrew serve`, and the page without a server.
+//! The crate needs neither a command line nor a clock nor threads. Its users are `leadscrew check`
+//! and `profile`, the page of `leadscrew serve`, and the page without a server.
 #![forbid(unsafe_code)]
 
 mod check;

@@ -6,7 +6,7 @@
 //! ```
 //!
 //! Text in parentheses after the value is a description, as old versions of Grbl printed it. Empty
-//! lines are skipped, and so is an `ok` at the end, as in a terminal's log.
+//! lines are skipped. So is an `ok` at the end, which a terminal's log has.
 
 use std::fmt;
 use std::path::Path;

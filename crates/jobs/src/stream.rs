@@ -312,7 +312,7 @@ impl Sizes {
     }
 }
 
-/// Turns refusals into complaints, and reports each one as it comes.
+/// Turns the machine's refusals into complaints, and reports each complaint at once.
 struct Complaints {
     file: String,
     faults: Faults,
@@ -371,7 +371,8 @@ impl Complaints {
     }
 
     fn refused(&mut self, line: u64, code: u8, text: &[u8]) {
-        // Of two lines that are refused at one turn the machine tells one fault.
+        // If one turn of the main loop refuses two lines, the machine tells the fault of one only.
+        // So the answer may be to a line without a fault.
         let is_its = |fault: &mut LineFault| fault.status.number() == code;
         let fault = self.faults.borrow_mut().pop_front_if(is_its);
         let status = fault
@@ -380,8 +381,8 @@ impl Complaints {
             .unwrap_or(Status::Own(code));
         let column = fault.map(|fault| raw_column(&as_sent(text), fault.column));
         let fault = match (status, column) {
-            // The interpreter's faults have a column; without one, the planner has refused the
-            // move.
+            // The interpreter's faults have a column. A fault without a column is the planner's:
+            // the move is too long.
             (Status::InvalidTarget, None) => Fault::TooLong,
             (status, _) => Fault::Error(status),
         };

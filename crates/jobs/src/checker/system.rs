@@ -80,7 +80,8 @@ impl<const AXES: usize> Checker<AXES> {
         SystemCommand::parse(line, &now)
     }
 
-    /// Whether the machine refuses the command in motion. A setting has a remark of its own.
+    /// Whether the machine refuses the command in motion. A setting does not count here, because it
+    /// has a remark of its own.
     fn needs_rest(&self, command: &SystemCommand<'_>, line: &[u8]) -> bool {
         match command {
             SystemCommand::Set { .. } => false,
@@ -145,7 +146,7 @@ impl<const AXES: usize> Checker<AXES> {
         let Err(status) = self.settings.set(entry, TIMING.limits(self.motors)) else {
             self.stand_at(steps);
             if self.settings.is_on(Setting::Laser) != laser {
-                // Another tool, which nobody has switched on.
+                // Laser and spindle are different tools: the new one has not been switched on.
                 self.interpreter.stop_spindle();
             }
             return Ok(());
@@ -165,7 +166,8 @@ impl<const AXES: usize> Checker<AXES> {
         std::array::from_fn(|axis| scales[axis].steps(self.interpreter.position()[axis]))
     }
 
-    /// The motors stand at these steps, of which the settings say how far they lead.
+    /// Moves the program's position to where the motors stand at these steps, by the steps per mm
+    /// of the present settings.
     fn stand_at(&mut self, steps: [Option<i32>; AXES]) {
         if self.steps() == steps {
             return;
