@@ -123,8 +123,8 @@ impl Board {
         });
     }
 
-    /// Checks that each sensor's pin has a channel of the converter, and that there are at most
-    /// four sensors, which it converts in a row (RM0090 section 13.3.3).
+    /// Checks that each sensor's pin has a channel of the converter. The converter converts at most
+    /// four sensors in a row (RM0090 section 13.3.3), so there may be no more.
     fn check_heaters(&self, findings: &mut Vec<Finding>) {
         let heaters = &self.sockets.heaters;
         for (number, heater) in heaters.iter().enumerate() {
@@ -275,8 +275,8 @@ impl Board {
         });
     }
 
-    /// Bytes of flash for the program: in front of the settings, or behind them where only its
-    /// vectors are in front.
+    /// Bytes of flash for the program: the larger room, in front of the settings or behind them. A
+    /// program behind them has its vectors in front.
     pub(crate) fn room(&self, first: Sector, second: Sector) -> u32 {
         let before = first.begin.saturating_sub(self.start);
         let behind = (BEGIN + self.chip.flash()).saturating_sub(second.end());

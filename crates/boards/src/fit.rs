@@ -11,7 +11,7 @@ pub enum Socket {
     Y,
     /// The third motor of the board's file.
     Z,
-    /// The spare one, `sockets.motor`.
+    /// The board's spare socket, `sockets.motor`.
     Spare,
 }
 
@@ -49,11 +49,11 @@ pub struct Needs {
     pub fan: bool,
 }
 
-/// How many axes a board has without a machine's file. It has as many motors, second motors not
-/// counted.
+/// How many axes a board has without a machine's file. It has one motor for each axis, and may have
+/// second motors.
 const THREE: usize = 3;
 
-/// A part that the machine needs and the board lacks.
+/// Why a board does not fit a machine.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Unfit {
     /// The board drives fewer motors.

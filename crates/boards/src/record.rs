@@ -1,4 +1,5 @@
-//! A board as the record that its firmware reads.
+//! Makes a board's record: bytes in the flash from which a firmware that is built without pins
+//! reads its pins and its machine.
 use crate::{
     check::number_of,
     flash::{Sector, BEGIN},
@@ -16,7 +17,7 @@ pub(crate) const AXES: u8 = 3;
 /// The order of homing where a board's file does not say: Grbl's.
 const GRBL_HOMING: [u8; 4] = [0b100, 0b011, 0, 0];
 
-/// A machine, as far as a record describes it besides its pins.
+/// The part of a record that describes the machine, without its pins.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Machine {
     /// The number of its axes, 3 or 4.
@@ -46,7 +47,7 @@ impl fmt::Display for TooLong {
 impl std::error::Error for TooLong {}
 
 impl Board {
-    /// The sector of its record; `None` where no sector begins at its start.
+    /// The sector of the board's record; `None` where no sector begins at [`Board::start`].
     #[must_use]
     pub fn record_sector(&self) -> Option<Sector> {
         let start = (0..12).find(|number| {
@@ -56,7 +57,7 @@ impl Board {
         Sector::new(leadscrew_record::sector(start?))
     }
 
-    /// Whether its record has a sector of its own, and the program has room behind it.
+    /// Whether the board's record has a sector of its own, with room for the program behind it.
     #[must_use]
     pub fn has_room_for_record(&self) -> bool {
         let sectors = self.settings.map(Sector::new);

@@ -259,7 +259,8 @@ fn ram(code: u32) -> String {
     )
 }
 
-/// Bytes for the step interrupts' code. It is longer where it reads the pins from tables.
+/// Bytes for the step interrupts' code. The code is longer in an image that reads the pins from a
+/// record.
 const CODE: u32 = 4096;
 const RECORD_CODE: u32 = 5120;
 const FOUR_MOTORS_CODE: u32 = 4608;
