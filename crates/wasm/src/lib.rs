@@ -1,5 +1,5 @@
-//! The machine of a page without a server, as a WebAssembly module. It has five functions, bytes go
-//! in, and bytes come out through `tell`.
+//! The machine of a page without a server, as a WebAssembly module. Its caller passes bytes in with
+//! five functions, and gets bytes from the module through `tell`.
 //!
 //! ```text
 //!   room(length) -> address      room for the bytes of the next call; the caller writes them there
@@ -11,8 +11,8 @@
 //!   tell(address, length)        what the module asks its caller for: takes a frame, until it returns
 //! ```
 //!
-//! Frames for the page are those of `leadscrew serve`. Three further frames are for the caller:
-//! `LOOK`, `FAILED` and `KEEP`.
+//! The page gets the same frames as from `leadscrew serve`. Three further frames are for the
+//! caller: `LOOK`, `FAILED` and `KEEP`.
 #![cfg(target_arch = "wasm32")]
 
 use leadscrew_jobs::{Finding, Job, Workshop};
@@ -40,7 +40,7 @@ extern "C" {
 
 /// Passes a frame to the caller.
 fn send(frame: &[u8]) {
-    // SAFETY: the caller reads `length` bytes at `address`, which are the frame's, before it
+    // SAFETY: `address` and `length` are the frame's. The caller reads these bytes before `tell`
     // returns.
     unsafe { tell(frame.as_ptr(), frame.len()) }
 }
