@@ -1,7 +1,7 @@
 //! `cargo xtask boards`: the example boards that are not an F407.
 //!
-//! All of them are compiled. QEMU emulates one of them. That one gets a job over its serial line,
-//! and QEMU's trace of its ports must show the steps and directions of the job.
+//! All of these boards are compiled. The one that QEMU emulates gets a job over its serial line.
+//! QEMU's trace of its ports must show the steps and directions of the job.
 use crate::{
     failure::Failure,
     shell,
@@ -74,8 +74,8 @@ fn build(board: &str, target: &str) -> Result<(), Failure> {
     shell::run(&mut build)
 }
 
-/// Sends the job, and asks for the state until it is the one at the job's end. Returns the text
-/// heard.
+/// Sends the job, and asks for the state until the machine reports the end of the job. Returns the
+/// text heard.
 fn run_job(elf: &Path, trace: &Path) -> Result<String, Failure> {
     let mut qemu = start(elf, trace)?;
     let done = converse(&mut qemu);

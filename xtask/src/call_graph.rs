@@ -1,12 +1,13 @@
 //! The functions that one function can reach, read from the disassembly of the linked program.
 //!
-//! Only the disassembly of the program that is flashed can answer this, and not a second program
-//! that links the step interrupt alone: optimisation across crates decides what is inlined and
-//! which routine is called. The weak point of the method is a call through a register, whose target
-//! the text does not show. Such calls are therefore forbidden: an unknown call is a finding, just
-//! as a forbidden one.
+//! The disassembly must be of the program that is flashed. A second program that links the step
+//! interrupt alone would not do, because optimisation across crates decides which functions are
+//! inlined and which routines are called.
 //!
-//! The text is that of `arm-none-eabi-objdump -d --no-show-raw-insn`:
+//! The disassembly does not show the target of a call through a register. So each such call is a
+//! finding, too.
+//!
+//! The disassembly is the output of `arm-none-eabi-objdump -d --no-show-raw-insn`:
 //!
 //! ```text
 //! 0800c100 <TIM2>:

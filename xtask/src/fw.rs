@@ -30,9 +30,9 @@ struct Request {
     board: Option<String>,
     /// A machine's file.
     machine: Option<String>,
-    /// Without pins: it reads its board from a record.
+    /// Whether to build an image without pins, which reads its board from a record.
     record: bool,
-    /// The number of motors, where the record says how they move the axes.
+    /// The number of motors of such an image; its record says how they move the axes.
     motors: Option<String>,
     /// Whether to flash the firmware and show its log.
     flashes: bool,

@@ -1,9 +1,10 @@
 //! `cargo fw-test`: builds the firmware and runs it in the emulator (`tests/firmware`).
 //!
-//! `qemu` needs only the build for the SKR 2. All other tasks need two builds for the Discovery,
-//! which differ only in the rate of the serial line: 115200 baud, and 2 Mbaud for checks that the
-//! line must not limit. They also need a build for each other board, with other frequencies of
-//! power, and builds without pins, one for each start address.
+//! `qemu` needs only the build for the SKR 2. `--highest-rate` and `--rates` need only the build
+//! `uncapped`. All other tasks need two builds for the Discovery, which differ only in the rate of
+//! the serial line: 115200 baud, and 2 Mbaud for checks that the line must not limit. They also
+//! need a build for each other board, with other frequencies of power, a build for each machine
+//! file, and builds without pins, one for each start address.
 use crate::{
     failure::Failure,
     fw::{self, machine, BOARD},
@@ -35,7 +36,7 @@ const FOUR_AXES: &str = concat!(
     "/../tests/firmware/four_axes.toml"
 );
 
-/// Boards that the subset leaves out.
+/// Builds that the subset leaves out.
 const MORE: [Build; 6] = [
     build("octopus", &[(BOARD, "octopus")]),
     build("fly-407zg", &[(BOARD, "fly-407zg")]),
@@ -48,13 +49,15 @@ const MORE: [Build; 6] = [
     build("four-axes", &[(fw::MACHINE, FOUR_AXES)]),
 ];
 
-/// The build that `qemu` runs as if behind a bootloader; checks in the emulator use it, too.
+/// The build that `qemu` runs at an address behind a bootloader. Checks in the emulator use this
+/// build, too.
 const SKR_2: Build = build("skr-2", &[(BOARD, "skr-2")]);
 
-/// For boards of three motors, which read their pins from a record.
+/// The variable for builds that read the pins of a board with three motors from a record.
 const WITHOUT_PINS: (&str, &str) = (fw::RECORD, "1");
 
-/// The usual build is the last one, so that it stays where `cargo fw` puts it.
+/// The builds that most tasks need. The usual build is the last one, so that its ELF stays where
+/// `cargo fw` puts it.
 const BUILDS: [Build; 14] = [
     build("record", &[WITHOUT_PINS]),
     build("record-behind", &[WITHOUT_PINS, (BOARD, "skr-2")]),

@@ -90,8 +90,8 @@ impl Emulator {
         build
             .args(["--bins", "--profile", "firmware"])
             .current_dir(sources.join("firmware"));
-        // These flags replace those in the repository's configuration, which are for the board.
-        // Those for the compiler are the same, those for the linker differ.
+        // `FLAGS` replace the flags for the board in the repository's cargo configuration. Only the
+        // linker's flags differ.
         build.env("RUSTFLAGS", FLAGS);
         shell::run(&mut build)?;
         Ok(Emulator {

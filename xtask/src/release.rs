@@ -8,9 +8,9 @@
 //! | `NAME.bin` | dfu-util, a bootloader's memory card: from the board's `start` on |
 //! | `SHA256SUMS` | whoever wants to know whether theirs are the same |
 //!
-//! `--twice` makes them a second time and compares. The second time is in a copy of the repository
-//! at another path, without earlier builds. The same sources and compiler must give the same files,
-//! bit for bit, at any path.
+//! `--twice` makes the files a second time, in a copy of the repository at another path, without
+//! earlier builds, and compares both. The same sources and compiler must give the same files, bit
+//! for bit, at any path.
 use crate::{
     failure::Failure,
     fw, shell,

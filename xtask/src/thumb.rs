@@ -50,8 +50,8 @@ const BEFORE_INTERRUPTS: [&str; 2] = ["__pre_init", "main"];
 /// The first address of the flash, where the core has to wait; the step interrupts are in SRAM.
 const FLASH: u64 = 0x0800_0000;
 
-/// Builds the libraries and checks them, and checks the firmware in `files`; where there are none,
-/// it builds firmware, too.
+/// Builds the libraries and checks them, and checks the firmware in `files`. Without `files` it
+/// builds the firmware of [`BUILDS`] and checks it.
 pub(crate) fn run(files: &[String]) -> Result<(), Failure> {
     let toolchain = Toolchain::find()?;
     let mut findings = check_libraries(&toolchain)?;

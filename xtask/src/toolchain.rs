@@ -91,8 +91,8 @@ impl Toolchain {
         self.cargo_with("core", verb, target, target_dir)
     }
 
-    /// The same for a package that needs the standard library. Debian's compiler has the sources of
-    /// that library, and of the packages that it needs.
+    /// As [`Self::cargo`], for a package that needs the standard library. Debian's compiler has the
+    /// sources of the standard library, and of the packages that this library needs.
     ///
     /// # Errors
     /// As [`Self::cargo`].
@@ -139,8 +139,8 @@ impl Toolchain {
 }
 
 /// Writes the description that `rustc` has of [`TARGET`], but without frame pointers, and returns
-/// its path. A frame pointer holds a register in every function. A compiler takes no option against
-/// them where its own description asks for them.
+/// the path of this file. A frame pointer takes a register in every function. No option of the
+/// compiler removes frame pointers where its description of a target asks for them.
 fn without_frame_pointers(rustc: &str) -> Result<PathBuf, Failure> {
     let mut query = Command::new(rustc);
     query

@@ -7,9 +7,9 @@
 //!                              wire log --> verdict <----'          with the sender's own exit code
 //! ```
 //!
-//! The scripts in `tests/senders` drive the senders' own code. Their own reports are not trusted:
-//! the verdict is from the bytes on their line, and from the machine's states that a second client
-//! has seen.
+//! The scripts in `tests/senders` drive the senders' own code. The verdict does not trust the
+//! senders' reports. It comes from the bytes on a sender's line, and from the machine's states that
+//! a second client has seen.
 
 mod observer;
 mod place;

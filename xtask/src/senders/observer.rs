@@ -30,12 +30,12 @@ pub(super) struct Sight {
 /// Everything that the observer saw.
 #[derive(Default, Debug)]
 pub(super) struct Seen {
-    /// While the sender was there; equal sights in a row are kept once.
+    /// The sights while the sender was there; equal sights in a row are kept once.
     pub(super) sights: Vec<Sight>,
-    /// At rest, after the sender had gone.
+    /// The sight at rest, after the sender had gone.
     pub(super) last: Option<Sight>,
-    /// After the observer had asked for a move of a millimetre in X; `None` where the machine
-    /// refused it.
+    /// The sight after the observer had asked for a move of a millimetre in X; `None` where the
+    /// machine refused the move.
     pub(super) moved: Option<Sight>,
 }
 
