@@ -127,8 +127,8 @@ struct Trial<'a> {
     levels: [bool; PINS.len()],
     /// Where the carriages stood when the machine was found locked.
     locked_at: Option<[i32; 3]>,
-    /// The banners that had been heard at the last check. Each reset drops the planned moves. So do
-    /// an alarm and the end of a jog, which may be a cancelled one.
+    /// The banners that had been heard at the last check: each shows a reset. A reset and an alarm
+    /// drop the planned moves. The end of a jog may do so, too, since the jog may be cancelled.
     banners: usize,
     jogging: bool,
     /// The machine was asleep at the last check, with nothing under way. Before that, on its way to

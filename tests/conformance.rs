@@ -1,8 +1,8 @@
 //! Replays the recorded conversations with Grbl 1.1h. The lines must be the same, except for the
 //! differences in `conformance/deviations.toml`.
 //!
-//! The tests check what does not depend on time: every line that is no status report, in order
-//! (rule 1 of `conformance/compare.py`). `.ci/run conformance` checks all rules.
+//! The tests check the lines that do not depend on time: every line that is no status report, in
+//! order (rule 1 of `conformance/compare.py`). `.ci/run conformance` checks all rules.
 
 use leadscrew_sim::replay::{judge, replay, replay_on, Case, Exchange};
 use serde_json::Value;
@@ -133,8 +133,8 @@ fn every_recorded_conversation_is_held_as_with_grbl() {
     assert!(differences.is_empty(), "\n{}", differences.join("\n"));
 }
 
-/// A machine that is built for four axes and has three answers as one that is built for three, to
-/// the byte.
+/// A machine that has three axes answers the same, to the byte, whether it is built for three axes
+/// or for four.
 #[test]
 fn an_axis_that_is_absent_is_never_heard_of() {
     let written = cases_in(&folder().join("written"));

@@ -1,5 +1,5 @@
-//! What no recording shows: laser power, the drivers' enable pin, step and direction levels, at
-//! every edge.
+//! Signals that no recording with Grbl shows: laser power, the drivers' enable pin, step and
+//! direction levels, at every edge.
 
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_planner::Cartesian;

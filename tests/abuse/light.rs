@@ -26,7 +26,8 @@ struct Planned {
 #[derive(Debug, Default)]
 pub(super) struct Light {
     planned: VecDeque<Planned>,
-    /// How many planned moves there were at the end of the turn before, less those that have begun.
+    /// How many planned moves there were at the end of the previous turn, less the moves that have
+    /// begun since.
     planned_before: usize,
     /// The move of the program that began last. The machine may run it, or the rest of it, again.
     begun: Option<Planned>,
@@ -41,7 +42,7 @@ pub(super) struct Light {
 }
 
 impl Light {
-    /// Answers when the laser was lit in a dark move since the last call.
+    /// The time at which the laser was lit in a dark move since the last call, if it was.
     pub(super) fn take_wrong(&mut self) -> Option<Cycle> {
         self.wrong.take()
     }

@@ -126,7 +126,7 @@ fn overrides_are_back_at_100_percent_within_a_millisecond_in_every_situation() {
     }
 }
 
-/// The same as in Grbl: coolant is toggled in Idle, Run and Hold, the spindle in a hold that is
+/// As in Grbl, coolant is toggled in Idle, Run and Hold. The spindle is toggled in a hold that is
 /// complete.
 #[test]
 fn coolant_and_spindle_are_switched_within_a_millisecond_where_grbl_switches_them() {

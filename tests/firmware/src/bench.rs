@@ -26,8 +26,8 @@ pub(crate) fn ensure(held: bool, words: impl FnOnce() -> String) -> Result<(), F
 /// The text of every banner.
 pub(crate) const BANNER: &str = "Grbl 1.1h ['$' for help]";
 /// The longest time from reset to the banner, s. The firmware may first erase a sector of its
-/// settings, which takes 0.5 s at most (data sheet DocID022152, table 40: 16 KB at x8 take 800 ms
-/// at most).
+/// settings, 32 bits at a time, which takes 0.5 s at most (data sheet DocID022152, table 40: 16
+/// KB).
 const BOOT_SECONDS: f64 = 2.0;
 /// The longest time that a host takes to set the device up, s: five times the sum of its waits.
 const USB_SECONDS: f64 = 0.6;

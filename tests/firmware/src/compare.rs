@@ -78,7 +78,7 @@ pub(crate) fn ways(ours: &[Step]) -> [Vec<i64>; 4] {
     from_fn(|motor| runs(ours.iter().map(|step| (step.motors, step.negative)), motor))
 }
 
-/// The same of the planned steps.
+/// The runs of each motor in the planned steps, signed steps.
 pub(crate) fn planned_ways(planned: &[Planned]) -> [Vec<i64>; 4] {
     let steps = || planned.iter().map(|step| (step.motors, step.negative));
     from_fn(|motor| runs(steps(), motor))

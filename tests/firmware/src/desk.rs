@@ -1,5 +1,5 @@
-//! Runs the same job in the simulator, on a CPU that takes no time: the steps are those of the
-//! timer's schedule.
+//! Runs the same job in the simulator, on a CPU that takes no time: the steps come exactly at the
+//! timer's scheduled instants.
 use crate::{
     bench::{ensure, Failure},
     pins::CYCLES_PER_COUNT,
@@ -95,13 +95,13 @@ pub(crate) fn probe(settings: &str, program: &str, contact: usize) -> Result<Str
 }
 
 /// The step events of a program after `settings`, over a line of this rate. Over a slow line fewer
-/// moves are there to look ahead when motion begins, which then takes longer, here and on the
-/// board.
+/// moves have come when motion begins. The machine then looks less far ahead, and motion takes
+/// longer, here and on the board.
 pub(crate) fn plan(settings: &str, program: &str, line: Rate) -> Result<Vec<Planned>, Failure> {
     plan_with(Cartesian, StepTiming::F407, settings, program, line)
 }
 
-/// The same with other kinematics, and other times of making steps.
+/// As [`plan`], with other kinematics, and other times of making steps.
 pub(crate) fn plan_with(
     kinematics: impl Kinematics<3, 3> + Clone,
     timing: StepTiming,
@@ -158,7 +158,7 @@ pub(crate) fn plan_machine(
     plan_machine_with(profile, StepTiming::F407, before, program)
 }
 
-/// The same on a board with other times of making steps.
+/// As [`plan_machine`], on a board with other times of making steps.
 pub(crate) fn plan_machine_with(
     profile: &Profile,
     timing: StepTiming,

@@ -55,7 +55,7 @@ impl Build {
 }
 
 impl Build {
-    /// The same with this record in the flash.
+    /// The same build with this record in the flash.
     pub(crate) fn with_record(&self, record: &[u8]) -> Self {
         Build {
             record: Some(record.into()),

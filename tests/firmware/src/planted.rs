@@ -186,8 +186,8 @@ pub(crate) const PLANTED: &[Planted] = &[
         &["filter"],
     ),
     planted(
-        // Here a compare value takes effect only at the end of a period; otherwise the value 0
-        // would put the laser out as well.
+        // Here a compare value takes effect only at the end of a period. If it took effect at once,
+        // the compare value 0 alone would put the laser out, and hide the fault.
         "laser off is no forced level",
         TIM4 + 0x18,
         |word| Some(if word >> 4 == 4 { 6 << 4 } else { word } | 1 << 3),

@@ -1,5 +1,5 @@
-//! A sender that streams a program by character counting: it sends lines while all unanswered ones
-//! fit the receive buffer.
+//! A sender that streams a program by character counting: it sends lines as long as all unanswered
+//! lines fit the receive buffer.
 use crate::bench::{cycles, ensure, fail, is_answer, Bench, Failure, BANNER};
 use std::{collections::VecDeque, ops::Range};
 
@@ -37,7 +37,7 @@ impl<'a> Stream<'a> {
         }
     }
 
-    /// The same with status queries.
+    /// The same stream with status queries.
     pub(crate) fn polling(self, poll_seconds: f64) -> Self {
         Stream {
             poll_seconds,
@@ -45,7 +45,7 @@ impl<'a> Stream<'a> {
         }
     }
 
-    /// The same with a sender that is silent for a time.
+    /// The same stream with a sender that is silent for a time.
     pub(crate) fn silent(self, silence: Range<f64>) -> Self {
         Stream { silence, ..self }
     }

@@ -1,5 +1,5 @@
-//! Runs the same job in the simulator, on a CPU that takes no time: the steps and the power are
-//! those of the schedule.
+//! Runs the same job in the simulator, on a CPU that takes no time: steps and changes of power come
+//! exactly at their scheduled instants.
 use crate::failure::{fail, Failure};
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_planner::Cartesian;

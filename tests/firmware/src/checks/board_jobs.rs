@@ -13,8 +13,8 @@ const SETTINGS: &str =
 
 /// Powers of a row's pixels, thousandths of full power: any two neighbours differ.
 const ROW: [u64; 12] = [1000, 200, 800, 0, 500, 1000, 0, 100, 900, 300, 600, 50];
-/// A pixel of 2 mm takes 0.2 s at 600 mm/min, which is ten periods of the slowest power, 50 Hz. And
-/// the steps of the row.
+/// A pixel of 2 mm takes 0.2 s at 600 mm/min, which is ten periods of the slowest power, 50 Hz.
+/// `STEPS`: the steps of the row.
 const PIXEL: &str = "X2";
 const STEPS: usize = ROW.len() * 500;
 

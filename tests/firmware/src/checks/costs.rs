@@ -2,8 +2,8 @@
 //! its own CPU. `cargo fw-test --costs` writes them to `crates/sim/src/measured.rs`. The check
 //! `costs` compares that file with the firmware as it is.
 //!
-//! Interrupts are measured one by one. The main loop's work is measured with jobs, each of which
-//! adds one kind of work to those before: the additional cycles are the cost of that kind.
+//! Interrupts are measured one by one. The main loop's work is measured with jobs. Each job adds
+//! one kind of work to the work of the jobs before; the additional cycles are this kind's cost.
 use super::{
     interrupts::{middle_and_most, Interrupts},
     stopping::moving,
@@ -201,8 +201,8 @@ fn lines(of: impl Fn(usize) -> String) -> String {
     (0..MANY).map(|number| of(number) + "\n").collect()
 }
 
-/// The costs of the kinds of work of the main loop, cycles. Each is measured with the ones before
-/// it known.
+/// The costs of the kinds of work of the main loop, cycles. The measurement of each cost needs the
+/// costs before it.
 #[derive(Default)]
 struct Work {
     poll: u64,

@@ -28,7 +28,8 @@ pub(super) struct Interrupts {
     pub(super) run_out: u64,
     /// Ends of pulses that no tick interrupted.
     pub(super) ends: Vec<u64>,
-    /// The most that all of them took from one tick to the next, where that is near.
+    /// The most cycles that all these interrupts took from one tick to the next, where the next
+    /// tick came within [`FAST`].
     pub(super) busiest: u64,
 }
 

@@ -97,8 +97,8 @@ fn first_interval(bench: &mut Bench) -> Result<f64, Failure> {
     Ok(micros_between(edges[0], edges[1]))
 }
 
-/// Rests for longer than the step timer takes to wrap around: the next line must begin as the one
-/// before.
+/// Rests for longer than the step timer takes to wrap around. The next line must begin with the
+/// same interval as the line before the rest.
 pub(crate) fn long_rest(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut bench = Bench::boot(&firmware.usual)?;
     bench.ignore_power();

@@ -14,8 +14,8 @@ use leadscrew_sim::Rate;
 
 /// Motion begins when no line has come for 0.5 s: after the whole job.
 pub(super) const AFTER_ALL: &str = "$701=500\n";
-/// The number of moves that the machine plans ahead; an arc makes many moves, and the lines that
-/// follow it few.
+/// The most lines of a queued job, for which the queue of planned moves has room. An arc in a job
+/// makes many moves, but then few lines follow it.
 const FITS: usize = 1000;
 
 /// Runs a job on the board, sent without waiting for motion. Answers the board and the steps.
@@ -25,7 +25,7 @@ pub(super) fn run_queued(build: &Build, job: &Job) -> Result<(Bench, Vec<Step>),
     Ok((bench, steps))
 }
 
-/// The same on a board that is already on.
+/// As [`run_queued`], on a board that is already on.
 pub(super) fn run_queued_on(bench: &mut Bench, job: &Job) -> Result<Vec<Step>, Failure> {
     bench.ignore_power();
     bench.commands(&job.settings)?;

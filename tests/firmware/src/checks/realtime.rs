@@ -30,7 +30,8 @@ fn send_and_arrive(bench: &mut Bench, byte: u8) -> Result<u64, Failure> {
     send_and_arrive_among(bench, byte, 0, 0)
 }
 
-/// The same with `before` and `after` bytes of comments right before and right after the byte.
+/// As [`send_and_arrive`], with `before` bytes of comments right before the byte, and `after` bytes
+/// of comments right after it.
 fn send_and_arrive_among(
     bench: &mut Bench,
     byte: u8,

@@ -18,14 +18,15 @@ use leadscrew_f407emu::{Pin, ResetCause};
 use leadscrew_record::{Refusal, FIXED, SETTINGS, SLOTS};
 use std::path::Path;
 
-/// From reset to where a pin that could do harm is driven and off, µs: the record is checked before.
+/// The longest time from reset until a pin that could do harm is driven and off, µs: the firmware
+/// checks the record before.
 const DRIVEN_US: f64 = 50.0;
-/// The same with as many settings in the record as it may have.
+/// As [`DRIVEN_US`], with as many settings as a record may have.
 const DRIVEN_LONGEST_US: f64 = 150.0;
 /// The most that a tick which loads a segment may take, cycles: the time of a line in
 /// `StepTiming::F407_RECORD`.
 const LOADING: u64 = 554;
-/// The same with four motors.
+/// As [`LOADING`], with four motors.
 const LOADING_FOUR: u64 = 722;
 /// How much more a tick may take than with pins that are compiled in.
 const DEARER_PERCENT: u64 = 10;
@@ -50,7 +51,8 @@ fn all() -> [(&'static str, &'static Wiring, (u64, u64), &'static str); 7] {
     ]
 }
 
-/// One build for each start: every board that has it is driven as by a build of its own.
+/// One build serves all boards with the same start address. It must drive each of them as a build
+/// for this board alone does.
 pub(crate) fn records(firmware: &Firmware) -> Result<Figures, Failure> {
     let [x, y, z, _] = AWAY;
     let mut figures = Figures::default();
@@ -92,8 +94,8 @@ fn ensure_alike(one: &Build, other: &Build) -> Result<(), Failure> {
     Ok(())
 }
 
-/// One build for four motors: each record makes it a machine of its own, as a build with pins
-/// compiled in does.
+/// One build serves all machines with four motors. With the record of a machine it must do the same
+/// as a build with this machine's pins compiled in.
 pub(crate) fn machines(firmware: &Firmware) -> Result<Figures, Failure> {
     let [x, y, z, _] = AWAY;
     let (others, power) = (&firmware.others, SKR_2_POWER);
@@ -302,8 +304,8 @@ fn ensure_answers(bench: &mut Bench) -> Result<(), Failure> {
     Ok(())
 }
 
-/// No pin of the board is driven: nobody knows them. A record that is whole has made its own safe,
-/// whatever machine it is for.
+/// Checks that no pin of the board is driven, since the firmware knows no pins. A whole record that
+/// is for other motors is left out: its pins are known and have been made safe.
 fn ensure_floats(bench: &Bench, wiring: &Wiring, told: Refusal) -> Result<(), Failure> {
     if told == Refusal::Shape {
         return Ok(());
@@ -368,7 +370,7 @@ pub(crate) fn lines(firmware: &Firmware) -> Result<Figures, Failure> {
     Ok(figures)
 }
 
-/// Power is lost at each write of the flash that a second record takes; how many they are.
+/// Loses power at each flash write of a second record. Answers the number of these writes.
 fn ensure_old_or_new(bench: &mut Bench, name: &str) -> Result<usize, Failure> {
     bring(bench, &with_steps(name, 222)?)?;
     bench.machine.clear_records();

@@ -47,7 +47,7 @@ fn stall(bench: Bench, lines: &str, cycle: u64) -> Result<f64, Failure> {
     stall_with(moves(MOVES), bench, lines, cycle)
 }
 
-/// The same with other moves: their lines, and the number of their steps.
+/// As [`stall`], with other moves: their lines, and the number of their steps.
 fn stall_with(
     (moves, steps): (String, i64),
     mut bench: Bench,

@@ -43,7 +43,7 @@ pub(super) fn ensure_off_at_once(build: &Build, further: &[Pin]) -> Result<Strin
     ensure_off_within(build, further, DRIVEN_US)
 }
 
-/// The same with another time until they are driven, µs.
+/// As [`ensure_off_at_once`], with another longest time until the pins are driven, µs.
 pub(super) fn ensure_off_within(
     build: &Build,
     further: &[Pin],

@@ -1,5 +1,5 @@
-//! A laser in full motion, and when it stands still and dark: used by checks that stop it in some
-//! way.
+//! Brings a laser into full motion, and finds when its steps and its light stopped. Checks that
+//! stop it in some way use this file.
 use crate::{
     bench::{ensure, Bench, Failure},
     firmware::Build,
@@ -23,7 +23,7 @@ pub(super) fn moving(build: &Build, seconds: f64) -> Result<Bench, Failure> {
     move_off(Bench::switch_on(build)?, seconds)
 }
 
-/// The same on a board that was just switched on.
+/// As [`moving`], on a board that was just switched on.
 pub(super) fn move_off(mut bench: Bench, seconds: f64) -> Result<Bench, Failure> {
     bench.hear_banner()?;
     bench.commands(SETTINGS)?;

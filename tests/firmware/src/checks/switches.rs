@@ -16,8 +16,8 @@ use leadscrew_f407emu::Pin;
 const STEPS_US: f64 = 10.0;
 /// The longest time from the end of the filter's time to laser off, µs.
 const LASER_US: f64 = 2.5;
-/// The edge itself is noted after a tick that loads a segment, 532 cycles later at most: this time,
-/// µs.
+/// How much later an edge is noted if a tick that loads a segment delays its interrupt, µs: 532
+/// cycles at most.
 const LOAD_US: f64 = 3.2;
 /// How many edges may fall on such a tick: a segment is loaded once in a millisecond, which takes
 /// some 2 µs.

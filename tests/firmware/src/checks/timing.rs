@@ -17,7 +17,7 @@ const JITTER: u32 = 40;
 /// How much longer a pulse may be than its setting, µs.
 const PROLONGED_US: f64 = 1.0;
 /// The longest time that a tick which loads a segment may take from entry to exit, cycles.
-/// `StepTiming` has more for the start of a line, for boards with pins on several ports.
+/// `StepTiming` allows more at the start of a line, for boards with pins on several ports.
 pub(super) const LOADING: u64 = 480;
 /// The largest share of ticks that may take longer than [`TICK`] because they load a segment, per
 /// cent.

@@ -141,11 +141,11 @@ fn pulled(bench: &Bench, figures: &mut Figures) -> Result<(), Failure> {
 
 /// A job that leaves a laser lit at rest; no silence of the sender switches it off.
 const LIT: &str = "$32=1\n$707=0\n$110=3000\n$120=4000\nG91 M3 S1000\nG1 X1 F3000\n";
-/// A time shorter than the silence of 6 ms after which a device knows that its host is gone (RM0090
-/// section 34.5.2), s.
+/// A time of silence after which a device cannot know that its host is gone, s: it knows after 6 ms
+/// (RM0090 section 34.5.2).
 const TOO_SHORT_TO_SUSPEND: f64 = 5e-3;
-/// The longest time from there until the laser of a sender whose host has gone is off, s: the rest
-/// of the silence, and turns of the main loop.
+/// The longest time from the end of [`TOO_SHORT_TO_SUSPEND`] until the laser is off, s: the rest of
+/// the 6 ms, and turns of the main loop.
 const M5_SECONDS: f64 = 3e-3;
 /// The time in which the host sees the device, waits and resets the bus, s.
 const BUS_RESET_SECONDS: f64 = 0.12;

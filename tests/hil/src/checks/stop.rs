@@ -16,11 +16,11 @@ const TIMES: usize = 3;
 const AFTER: f64 = 0.03;
 /// The realtime byte that toggles flood coolant.
 const FLOOD: &[u8] = b"\xA0";
-/// A switch is accepted after 200 µs (`$706`). This may be later by a count of the filter's clock,
-/// 1 µs, and by an interrupt that loads a segment first.
+/// A switch is accepted after 200 µs (`$706`). It may be accepted later by a count of the filter's
+/// clock, 1 µs, and by the time of an interrupt that loads a segment first.
 const FILTER_US: f64 = 200.0;
 const FILTER_LATE_US: f64 = 4.7;
-/// The longest time from then to the last step, µs (docs/hardware.md).
+/// The longest time from the acceptance of the switch to the last step, µs (docs/hardware.md).
 const STEPS_US: f64 = 10.0;
 /// The period of the PWM, µs: its last edge may be older than the stop by this.
 const PERIOD_US: f64 = 100.0;

@@ -34,7 +34,8 @@ fn between(board: &mut Board<'_>, line: &str) -> Result<f64, Failure> {
     }
 }
 
-/// Stores a setting that changes and one that does not. The difference is the time of the flash.
+/// Measures a setting line with a new value, and a setting line with the old value, which stores
+/// nothing. The difference is the time of the flash.
 pub(super) fn stall(board: &mut Board<'_>) -> Result<Vec<Row>, Failure> {
     board.stream(SETTINGS)?;
     let (mut same, mut changed) = (Vec::new(), Vec::new());
