@@ -246,7 +246,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         self.write_direction(now);
     }
 
-    /// The power as it is on the pin now.
+    /// The power on the pin now.
     pub fn power(&self) -> Power {
         self.power
     }
@@ -256,12 +256,12 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         self.put_power(now, Power::OFF);
     }
 
-    /// The coolant valves as they are on the pins now.
+    /// The levels of the coolant valves' pins now.
     pub fn coolant(&self) -> CoolantOutput {
         self.coolant
     }
 
-    /// Direction and enable of the spindle as they are on the pins now.
+    /// Direction and enable of the spindle on the pins now.
     pub fn spindle(&self) -> SpindleOutput {
         self.spindle
     }

@@ -95,7 +95,7 @@ pub trait Observer {
 
 impl Observer for () {}
 
-/// Implements every method of [`Observer`]. The method calls the same method of each observer in
+/// Implements every method of `Observer`. The method calls the same method of each observer in
 /// the given iterators.
 macro_rules! forward {
     (@method $self:ident $observers:tt $name:ident($($arg:ident: $type:ty),*)) => {

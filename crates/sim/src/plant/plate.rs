@@ -22,7 +22,7 @@ pub struct Plate {
 
 impl Plate {
     /// Makes a plate that rises by `tilt` mm per mm of X and of Y. Its middle stands `bow` mm above
-    /// its edges, which are `span` mm apart in X and Y. `steps_per_mm` is that of X, Y and Z.
+    /// its edges, which are `span` mm apart in X and Y. `steps_per_mm` are the scales of X, Y, Z.
     pub fn new(tilt: [f64; 2], bow: f64, span: [f64; 2], steps_per_mm: [f64; 3]) -> Self {
         let [x, y, z] = steps_per_mm;
         let parts = |tilt: f64, steps: f64| (tilt * z / steps * PARTS as f64).round() as i64;

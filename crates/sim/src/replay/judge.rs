@@ -1,4 +1,4 @@
-//! Compares a machine's answers with those of the recorded machine.
+//! Compares a machine's answers with the answers of the recorded machine.
 //!
 //! * Lines that are no status report are the same, in the same order, through the whole
 //!   conversation. In a line with positions (`[G54:`, `[PRB:`, ...), a number may differ by one
