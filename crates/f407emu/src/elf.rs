@@ -44,10 +44,10 @@ impl From<object::Error> for LoadError {
     }
 }
 
-/// Loads all segments of `elf`; the memory outside them stays as it is.
+/// Loads all segments of `elf`; the memory outside them does not change.
 ///
 /// # Errors
-/// When it is not an ELF for this chip; some segments may have been loaded then.
+/// When `elf` is not an ELF for this chip; some segments may have been loaded then.
 pub(crate) fn load(memory: &mut Memory, elf: &[u8]) -> Result<(), LoadError> {
     let header = FileHeader32::<Endianness>::parse(elf)?;
     let endian = header.endian()?;

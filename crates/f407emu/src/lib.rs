@@ -1,4 +1,4 @@
-//! An emulator of the STM32F407 for tests that run firmware as it is.
+//! An emulator of the STM32F407 for tests that run unmodified firmware.
 //!
 //! It boots an unmodified ELF, talks to its serial ports, drives its inputs, and records each edge
 //! of its pins with the cycle and the cause:

@@ -8,7 +8,7 @@ pub struct Turns {
     pub count: u64,
     /// Cycles in all, without exceptions.
     pub cycles: u64,
-    /// Instructions in all, without those of exceptions.
+    /// Instructions in all, without the instructions of exceptions.
     pub instructions: u64,
     /// The counts outside exceptions at the start of the turn under way.
     began: Option<Spent>,

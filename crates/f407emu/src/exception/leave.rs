@@ -32,7 +32,7 @@ impl Machine {
         }
     }
 
-    /// Goes straight to the next handler (tail-chaining): the stack stays as it is.
+    /// Goes straight to the next handler (tail-chaining): the stack does not change.
     fn chain(&mut self, next: Exception, value: u32) -> Result<(), Trap> {
         self.profiler.leave(self.cycle, self.instructions);
         self.profiler.enter(next, self.cycle, self.instructions);

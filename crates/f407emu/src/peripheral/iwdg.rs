@@ -80,7 +80,7 @@ impl Arriving {
         }
     }
 
-    /// Writes a value, if the one before has taken effect (section 21.4.4).
+    /// Writes a value, if the previous value has taken effect (section 21.4.4).
     fn write(&mut self, value: u32, now: u64, at: u64) {
         if !self.is_under_way(now) {
             *self = Arriving {

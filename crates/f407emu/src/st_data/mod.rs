@@ -1,6 +1,6 @@
 //! Compares the peripherals' registers with ST's data: address, access, reserved bits, value after
-//! a reset, bits that are cleared by writing. Each difference needs a reason, and each reason a
-//! difference.
+//! a reset, bits that are cleared by writing. Each difference must have a reason in `reasons.rs`,
+//! and each reason there must explain a difference.
 #[cfg(feature = "st-data")]
 mod connections;
 mod reasons;
@@ -30,8 +30,8 @@ impl Machine {
     }
 }
 
-/// Checks that each difference (the register's name, and what differs) has a reason, and each
-/// reason a difference. In a reason's name `*` stands for any text.
+/// Checks that each difference (the register's name, and what differs) has a reason, and that each
+/// reason explains a difference. In a reason's name `*` stands for any text.
 fn explain(differences: &[(String, String)], reasons: &[(&str, &str)]) {
     let fits = |name: &str, pattern: &str| match pattern.split_once('*') {
         Some((begin, end)) => name.starts_with(begin) && name.ends_with(end),

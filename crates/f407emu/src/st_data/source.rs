@@ -12,10 +12,10 @@ use std::{
 pub(super) struct Register {
     pub(super) name: String,
     pub(super) reset: u32,
-    /// The bits that are read, and those that are written.
+    /// The bits that are read, and the bits that are written.
     pub(super) read: u32,
     pub(super) write: u32,
-    /// The bits that a one clears, and those that a zero clears.
+    /// The bits that writing a one clears, and the bits that writing a zero clears.
     pub(super) cleared_by_one: u32,
     pub(super) cleared_by_zero: u32,
 }
@@ -141,7 +141,7 @@ impl<'a> Block<'a> {
         members
     }
 
-    /// `place` has the digits of the offset; for a cluster or an array also those of the end.
+    /// `place` has the digits of the offset; for a cluster or an array also the digits of the end.
     fn member<'t>(&self, place: &str, signature: &'t str) -> Option<Member<'t>> {
         let hex = |digits| u32::from_str_radix(digits, 16).unwrap();
         let (name, rest) = signature.split_once('(')?;
