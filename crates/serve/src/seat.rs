@@ -48,7 +48,7 @@ struct Holder {
     heard: Instant,
 }
 
-/// The clients of a line: the one that has it, and those that wait.
+/// The clients of a line: the client that has the line, and the clients that wait.
 #[derive(Default)]
 struct People {
     holder: Option<Holder>,
