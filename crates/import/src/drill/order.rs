@@ -36,7 +36,7 @@ impl Stop {
         Self { shape, from, to }
     }
 
-    /// Makes the shape from its other end. A shape that ends where it starts stays as it is.
+    /// Makes the shape from its other end. A shape that ends where it starts does not change.
     fn reverse(&mut self) {
         if self.from != self.to {
             *self = Self::new(self.shape.reversed(), false);

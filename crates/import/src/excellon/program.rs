@@ -166,8 +166,8 @@ impl Reader {
         self.hit(first, Shape::Slot { from, to })
     }
 
-    /// Reads a repeat such as `R5X100`: five more holes like the last one, each at this distance
-    /// from the one before.
+    /// Reads a repeat such as `R5X100`: five more holes like the last hole, each at this distance
+    /// from the hole before.
     fn repeat(&mut self, count: &Word, step: &[Word]) -> Result<(), Wrong> {
         let times = count.whole()?;
         let last = self.drawing.hits.last();
