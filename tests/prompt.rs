@@ -1,5 +1,5 @@
-//! How soon a feed hold or an override acts. The steps after the byte are compared with those of
-//! the undisturbed run.
+//! How soon a feed hold or an override acts. The steps after the byte are compared with the steps
+//! of the undisturbed run.
 //!
 //! Both runs make the same step events until the motion committed before the byte has ended. The
 //! last equal event begins the first changed interval, where the deceleration begins.

@@ -152,7 +152,8 @@ fn moment() -> impl Strategy<Value = Bytes> {
     prop::collection::vec(0xF0..=0xF7u8, 0..4)
 }
 
-/// An interruption, followed by the bytes that undo it, by those of another one, or by none.
+/// An interruption, followed by the bytes that undo it, by the bytes that undo another
+/// interruption, or by neither.
 fn interruption() -> impl Strategy<Value = Bytes> {
     let pair = || select(INTERRUPTIONS);
     (pair(), pair(), moment(), 0..8u8).prop_map(|(this, other, time, which)| {

@@ -129,8 +129,8 @@ impl Edges {
         self.level ^ (before % 2 != 0)
     }
 
-    /// Moves the counts so that they have the same origin as those of `other`, which was captured
-    /// with them. Their first edges must be no more than 25 s apart.
+    /// Gives the counts the same origin as the counts of `other`, which was captured at the same
+    /// time. The first edges of both must be no more than 25 s apart.
     pub(crate) fn beside(mut self, other: &Edges) -> Self {
         let (Some(&ours), Some(&theirs)) = (self.counts.first(), other.counts.first()) else {
             return self;

@@ -1,6 +1,6 @@
-//! Measures what the firmware's CPU is busy with, in cycles; the simulator charges these costs to
+//! Measures the costs of the firmware's work, in CPU cycles; the simulator charges these costs to
 //! its own CPU. `cargo fw-test --costs` writes them to `crates/sim/src/measured.rs`. The check
-//! `costs` compares that file with the firmware as it is.
+//! `costs` compares this file with the present firmware.
 //!
 //! Interrupts are measured one by one. The main loop's work is measured with jobs. Each job adds
 //! one kind of work to the work of the jobs before; the additional cycles are this kind's cost.

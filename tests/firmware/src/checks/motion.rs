@@ -1,4 +1,4 @@
-//! Jobs that are wholly queued before they start. The steps at the pins must be those of the
+//! Jobs that are wholly queued before they start. The steps at the pins must be the same as in the
 //! simulator's schedule.
 use super::Figures;
 use crate::{

@@ -324,7 +324,7 @@ fn with_steps(name: &str, steps_per_mm: i32) -> Result<Vec<u8>, Failure> {
     board.record().map_err(|why| Failure(why.to_string()))
 }
 
-/// Sends all lines of a record but the one that stores it.
+/// Sends all lines of a record except the last one, which stores the record.
 fn bring(bench: &mut Bench, record: &[u8]) -> Result<(), Failure> {
     let lines = Board::record_lines(record);
     let (_, parts) = lines

@@ -68,8 +68,8 @@ pub(crate) const CHECKS: &[Check] = &[
     },
 ];
 
-/// The settings with which every check begins: the machine's defaults, without those of earlier
-/// checks.
+/// The lines with which every check begins: the machine's defaults, except for full power at S1000
+/// and no reserve for a stalled sender. No setting of an earlier check stays.
 const FRESH: &str = "$RST=$\n$30=1000\n$710=0\n";
 
 impl Check {
