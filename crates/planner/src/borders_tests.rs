@@ -197,8 +197,8 @@ fn lines_beside_a_curve_take_no_longer_than_lines() {
 }
 
 /// A curve of a few steps' radius between two lines. With the greater `$11` an end of one of its
-/// moves leaves no acceleration to brake with, so the move has to end a little slower; it was
-/// braked to a twentieth of the speed.
+/// moves leaves no acceleration to brake with, so the move has to end a little slower. An earlier
+/// planner braked this move to a twentieth of the speed.
 #[test]
 fn a_greater_deviation_makes_a_narrow_curve_no_slower() {
     const ENDS: [[f64; 2]; 9] = [

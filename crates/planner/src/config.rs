@@ -12,9 +12,9 @@ pub const DEFAULT_TIMER_HZ: u32 = 84_000_000;
 /// The slowest speed of a move: Grbl's minimum feed of 1 mm/min, in mm/s.
 pub(crate) const SLOWEST: f32 = 1.0 / 60.0;
 
-/// The most pixels of a row in a second, by their mean length. Each pixel is a segment, which the
-/// main loop has to make while it takes in lines. A row with more pixels a second is slowed down,
-/// so that segments do not run out (measured: `docs/benchmarks.md`, Lasers).
+/// The most pixels of a row that motion passes in a second, counted by their mean length. Each
+/// pixel is a segment, which the main loop has to make while it takes in lines. A faster row is
+/// slowed down, so that segments do not run out (measured: `docs/benchmarks.md`, Lasers).
 pub(crate) const PIXELS_A_SECOND: f32 = 12_500.0;
 
 /// The bound of the speed where the direction changes.
@@ -54,11 +54,11 @@ pub struct Config<const AXES: usize> {
     /// out; above a millisecond, edges would not be exact. A single step that takes longer is
     /// handed out in several segments.
     pub longest_segment: f32,
-    /// The most moves that may be queued, the running one included. The planner's room is used if
-    /// it is less.
+    /// The most moves that may be queued, the running one included. No more than the planner's
+    /// queue holds.
     pub moves: usize,
-    /// The most changes of power that rows of laser pixels may hold together. The planner's room is
-    /// used if it is less. 0: each line is a move of its own, as in Grbl.
+    /// The most changes of power that rows of laser pixels may hold together. No more than the
+    /// planner's [`crate::PixelQueue`] holds. 0: each line is a move of its own, as in Grbl.
     pub pixels: usize,
 }
 
@@ -207,12 +207,12 @@ pub(crate) struct SpeedUnit {
 }
 
 impl SpeedUnit {
-    /// The least power of two in units of which the square of `top` (mm/s) fits 31 bits.
+    /// Makes the least unit, a power of two, in which the square of `top` (mm/s) fits 31 bits.
     fn for_top_speed(top: f32) -> Self {
         const ONE: u32 = 127 << 23;
         const EXPONENT: u32 = 0xFF << 23;
         let top_v2 = (top * top).clamp(1e-12, 1e12);
-        // The power of two above `top_v2`; then 2³¹ divided by it.
+        // `above` is the power of two above `top_v2`; `mm2` is this power divided by 2³¹.
         let above = (top_v2.to_bits() & EXPONENT) + (1 << 23);
         let mm2 = f32::from_bits(above + ONE - ((127 + 31) << 23));
         Self {

@@ -25,9 +25,9 @@ const FEW: u32 = 150;
 /// Seconds that a move may take at its rate: slow steps are many segments.
 const LONGEST: f32 = 30.0;
 
-/// The bounds of the errors, seconds, besides 10⁻⁷ of the time since the move began: that of the
-/// dominant motor, and that of the others unless a sixteenth of the dominant motor's interval is
-/// more.
+/// Bounds of the errors of edges, seconds: of the dominant motor's edges, and of the other motors'.
+/// Another 10⁻⁷ of the time since the move began is allowed. The other motors are also allowed a
+/// sixteenth of the dominant motor's interval, if that is more.
 const DOMINANT: f64 = 1e-6;
 const OTHERS: f64 = 5e-6;
 
@@ -146,8 +146,9 @@ impl Case {
     /// The error that motors other than the dominant one may have at a step that takes `interval`,
     /// seconds.
     fn others(&self, interval: f64) -> f64 {
-        // A step of less than two ticks has none within it: half the step. Otherwise half of a
-        // tick, which is less than two of the shortest.
+        // A step of less than two ticks has no tick within it: the motor is off by half the step.
+        // In a longer step it is off by half a tick, and a tick is less than two of the shortest
+        // ticks.
         let tick = f64::from(self.shortest_tick);
         let half = f64::min(0.5 * interval, GROWTH * tick);
         OTHERS.max(interval / 16.0).max(half)

@@ -1,6 +1,6 @@
 //! The bounds of motion, to explain a job, not to run it.
 //!
-//! Nothing here is stored; it is read from the queue when somebody asks.
+//! Nothing here is stored: each call reads the queue.
 
 use crate::moves::PlannedMove;
 use crate::space::polygon::cap;

@@ -73,8 +73,8 @@ proptest! {
             }
             let (now, elapsed) = (motion(&rig), (rig.player.now - at) as f64 / 84e6);
             let change = (now.1 - before.1).abs();
-            // A step in which the profile begins or ends has the change of acceleration in less
-            // than the step's time.
+            // If the profile begins or ends within a step, the acceleration changes in less than
+            // the step's time.
             let slack = 1e-2 * f64::from(acceleration);
             prop_assert!(change <= f64::from(jerk) * elapsed * 1.01 + slack, "{:?} {:?} in {} s", before, now, elapsed);
             let gained = (now.0 - before.0).abs();

@@ -10,17 +10,17 @@
 //! ```
 //!
 //! Speed along the path is a trapezoid in each move: ramp, cruise, ramp; with a jerk limit the
-//! ramps are rounded. Three rules bound it:
+//! ramps are rounded. Three rules bound the speed:
 //!
 //! * no axis is faster, or accelerates more, than [`Config`] allows: along the unit vector `u` of a
 //!   move the rate is `min(rate_i / |u_i|)` and the acceleration `min(acceleration_i / |u_i|)`;
 //! * corners obey *junction deviation* (see `junction`), and where the path turns, each axis has
 //!   its acceleration for both the turn and the change of speed (see `polygon` and `path`);
-//! * at every instant the path that is queued suffices to stop (see `lookahead`).
+//! * at every instant the queued path is long enough to stop on (see `lookahead`).
 //!
 //! Units: mm, mm/s, mm/s² along the path; whole steps of the dominant motor, steps/s, steps/s² in a
-//! [`Trapezoid`]; timer counts in a segment. `v2` names a squared speed. All real numbers are `f32`
-//! and nothing is fused or widened, so that every machine computes the same bits.
+//! [`Trapezoid`]; timer counts in a segment. `v2` names a squared speed. All real numbers are
+//! `f32`, without `mul_add` and without `f64`, so that every machine computes the same bits.
 //!
 //! Everything here is called from the main loop; no call waits.
 #![no_std]

@@ -35,11 +35,12 @@ pub enum Feed {
     InverseTime(f32),
 }
 
-/// Laser or spindle power along a move, at the rest after it, and where a feed hold stops in it.
+/// Laser or spindle power along a move, at a planned rest after the move, and where a feed hold
+/// stops within the move.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum MovePower {
-    /// Off: rapids in laser mode, or nothing turns.
+    /// No power: a rapid in laser mode, or a spindle that does not turn.
     #[default]
     Off,
     /// A spindle: the power stays through rests and holds.
@@ -47,7 +48,8 @@ pub enum MovePower {
         /// Power during the move, and after it until the next move.
         power: Power,
     },
-    /// A laser at constant power (M3), at the rest after the move too; off where a hold stops.
+    /// A laser at constant power (M3). It stays on at a planned rest after the move, and is off
+    /// where a feed hold stops.
     Constant {
         /// Power along the move.
         power: Power,
@@ -131,24 +133,28 @@ pub(crate) struct PlannedMove<const AXES: usize, const MOTORS: usize> {
     pub(crate) rate: f32,
     /// Speed along the path as programmed, mm/s.
     pub(crate) feed: f32,
-    /// Curvature at its start, divided by the acceleration of each axis, s²/mm² (see `polygon`).
+    /// Curvature of the path at the move's start, divided by the acceleration of each axis, s²/mm²
+    /// (see `polygon`).
     pub(crate) bend: [f32; AXES],
-    /// The length to both sides for which the curvature holds, mm; 0: there is no curvature.
+    /// The length of path to each side of the move's start for which `bend` holds, mm; 0: the path
+    /// has no curvature there.
     pub(crate) reach: f32,
-    /// The limit at the move's start by corner and curvature: a squared speed, in speed units.
+    /// The limit at the move's start by corner and curvature: a squared speed, in units of
+    /// [`SpeedUnit`](crate::config::SpeedUnit).
     pub(crate) corner: u32,
     /// The limit at the move's start by corner, curvature, and the nominal speeds of this move and
-    /// the one before: a squared speed, in speed units.
+    /// the one before: a squared speed, in the same units.
     pub(crate) cap: u32,
-    /// The highest squared speed at its start for which all later limits can be kept, in speed
-    /// units (see `lookahead`).
+    /// The highest squared speed at the move's start for which all later limits can be kept, in the
+    /// same units (see `lookahead`).
     pub(crate) entry: u32,
     pub(crate) line_number: u32,
     pub(crate) outputs: OutputChange,
-    /// How many of the pool's pixels belong to this move: changes of power within it.
+    /// How many pixels of the pool belong to this move. A pixel is a change of power within a move.
     pub(crate) pixels: u16,
     pub(crate) kind: MoveKind,
-    /// Whether some of its pixels are rapids. Then the rapid override bounds its speed, too.
+    /// Whether some of the move's pixels are rapids. Then the rapid override bounds the move's
+    /// speed, too.
     pub(crate) has_gaps: bool,
     /// Whether `entry` would be higher if motion could go on after the last planned move.
     pub(crate) bound_by_end: bool,
@@ -224,7 +230,8 @@ impl<const AXES: usize, const MOTORS: usize> PlannedMove<AXES, MOTORS> {
             && self.line_number() == of.line_number
     }
 
-    /// The highest squared speed at any override, mm²/s². A plan for it holds at all overrides.
+    /// The squared speed of the move at the highest override, mm²/s². A plan for this speed holds
+    /// at every override.
     pub(crate) fn top_v2(&self) -> f32 {
         const HIGHEST_OVERRIDE: f32 = 2.0;
         let top = min(self.rate, self.feed * HIGHEST_OVERRIDE);

@@ -1,5 +1,5 @@
-//! Rows of pixels on the motors: each border lies at the step at which moves of their own would
-//! have it.
+//! Rows of pixels on the motors: each border of a pixel lies at the same step as if each pixel were
+//! a move.
 //!
 //! A row's pixels end on one line in steps. There all motors have made exactly the steps of a whole
 //! number of pixels, so nothing is left to be rounded; within a pixel, motors other than the

@@ -4,8 +4,8 @@ use crate::Config;
 use core::fmt;
 use core::ops::RangeInclusive;
 
-/// Allowed rates in mm/s and accelerations in mm/s²: every value that GRBL's settings can have, and
-/// small enough that no `f32` overflows.
+/// Allowed rates in mm/s, accelerations in mm/s² and arc tolerances in mm: every value that GRBL's
+/// settings can have, and small enough that no `f32` overflows.
 const ABOVE_ZERO: RangeInclusive<f32> = 1e-12..=1e10;
 /// Allowed jerk in mm/s³ and junction deviation in mm.
 const ZERO_OR_MORE: RangeInclusive<f32> = 0.0..=1e10;
@@ -19,7 +19,7 @@ const SLOWEST_TIMER_HZ: u32 = 1_000_000;
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ConfigError {
-    /// Steps/mm of this axis, counted from 0: none.
+    /// This axis, counted from 0, has 0 steps/mm.
     StepsPerMm(usize),
     /// Highest rate of this axis, counted from 0: not within 10⁻¹² to 10¹⁰ mm/s.
     MaxRate(usize),
@@ -33,7 +33,7 @@ pub enum ConfigError {
     ArcTolerance,
     /// Below 1 MHz.
     Timer,
-    /// No count of the timer.
+    /// Less than one count of the timer.
     ShortestTick,
     /// Not within 1 µs to 1 ms.
     LongestSegment,

@@ -28,10 +28,10 @@
 //!             <---- move by move, exact --------- <------ block by block ------- rest
 //! ```
 //!
-//! Motion must be able to rest at the end of the last move. From there backwards the speeds are
-//! found block by block, as far as they have changed. For the moves right after the running one
-//! they are found move by move, with the whole polygon. A further move only raises these speeds, so
-//! a speed that was promised stays possible.
+//! Motion must be able to rest at the end of the last move. From there backwards the speeds at the
+//! starts of moves are found block by block, as far as they have changed. For the moves right after
+//! the running one, these speeds are found move by move, with the whole polygon. A further move
+//! only raises these speeds, so a speed that was promised stays possible.
 //!
 //! The last move is *open*: the move after it is not known yet. The moves of a curve wait in the
 //! window (see `window`) until their curvature is known.
@@ -41,8 +41,8 @@
 //! exact.
 //!
 //! An override changes all caps. That is done a few moves at a time, beginning at the running move.
-//! Meanwhile the moves up to some place have new caps, and those after it have old ones. Both keep
-//! every limit of the machine; they differ in the speed asked for.
+//! Meanwhile the moves up to some place have new caps, and the later moves have old ones. Old and
+//! new caps keep every limit of the machine; they differ in the speed asked for.
 
 mod visit;
 
@@ -60,7 +60,7 @@ pub const USUAL_BLOCKS: usize = 128;
 /// some 1200 cycles of a Cortex-M4F, in one call, while motion goes on.
 const EXACT: usize = 8;
 
-/// Moves in the largest block there can be, as a power of two.
+/// Binary logarithm of the number of moves in the largest block.
 const MOST_BITS: u32 = 6;
 
 /// The most moves that can be queued with this many blocks. Half of the blocks hold them all,
@@ -69,8 +69,8 @@ pub(crate) const fn most_moves(blocks: usize) -> usize {
     (blocks / 2) << MOST_BITS
 }
 
-/// Moves in a block, as a power of two: sixteen, or more where there are more than eight moves for
-/// each block.
+/// Binary logarithm of the number of moves in a block: of sixteen, or of more where there are more
+/// than eight moves for each block.
 fn block_bits(moves: usize, blocks: usize) -> u32 {
     let mut bits = 4;
     while moves >> bits > blocks / 2 {

@@ -6,8 +6,8 @@
 pub(crate) struct Ends {
     /// The highest squared speed at the move's end.
     pub(crate) top: u32,
-    /// By how much the squared speed at the start can be higher: for a move that ends at rest, and
-    /// for one that ends at `top`.
+    /// By how much the squared speed can be higher at the start than at the end: for an end at
+    /// rest, and for an end at `top`.
     pub(crate) gains: [u32; 2],
 }
 

@@ -1,11 +1,11 @@
-//! Where planned moves are kept: the planner's large part, which its caller owns.
+//! The memory of planned moves: the large part of a planner, which the caller owns.
 //!
 //! 1024 moves and the pixels of rows take 100 KB. If the planner owned them, the compiler might
 //! build it on the stack and copy it to its place, and a microcontroller has no stack of that size.
-//! A queue is a constant at first, so a `static` of it costs neither stack nor flash; the planner
-//! borrows it. The borrow does not name the queue's size, so planners with queues of different
-//! sizes share their code. Moves and pixels are separate, because the memory of a microcontroller
-//! is in several pieces.
+//! [`Queue::new`] is a constant, so a `static` queue costs neither stack nor flash. The planner
+//! borrows the queue. The borrow does not name the queue's size, so planners with queues of
+//! different sizes share their code. Moves and pixels are separate, because the memory of a
+//! microcontroller is in several pieces.
 
 use crate::ahead::lookahead::{most_moves, Block, USUAL_BLOCKS};
 use crate::emit::pixel::Packed;
@@ -17,11 +17,12 @@ use heapless::Deque;
 /// Room for `MOVES` planned moves of `AXES` axes and `MOTORS` motors: the memory of a
 /// [`Planner`](crate::Planner).
 ///
-/// The look-ahead divides the moves into blocks. `BLOCKS` is a power of two; a block takes 20
-/// bytes, and half of the blocks are in use. Where there are enough of them, a block has sixteen
-/// moves, otherwise up to 64, and a line takes longer to plan. 2 blocks are enough for 16 moves.
+/// The look-ahead divides the moves into blocks. `BLOCKS` is a power of two, at least `MOVES / 32`.
+/// A block takes 20 bytes, and half of the blocks are in use. With `MOVES / 8` blocks, a block has
+/// sixteen moves. With fewer blocks, a block has up to 64 moves, and a line takes longer to plan.
 ///
-/// The planner's maker owns it: a `static` on a microcontroller, where it lies in zeroed memory.
+/// The queue is the large part of a planner. The code that makes the planner owns the queue: on a
+/// microcontroller as a `static` in zeroed memory.
 #[derive(Debug)]
 pub struct Queue<
     const AXES: usize,
@@ -29,11 +30,11 @@ pub struct Queue<
     const MOVES: usize,
     const BLOCKS: usize = USUAL_BLOCKS,
 > {
-    pub(crate) moves: Deque<PlannedMove<AXES, MOTORS>, MOVES>,
+    moves: Deque<PlannedMove<AXES, MOTORS>, MOVES>,
     /// The blocks of the look-ahead.
-    pub(crate) blocks: [Block; BLOCKS],
+    blocks: [Block; BLOCKS],
     /// The last pieces of the path.
-    pub(crate) window: Window<AXES>,
+    window: Window<AXES>,
 }
 
 impl<const AXES: usize, const MOTORS: usize, const MOVES: usize, const BLOCKS: usize>
@@ -61,9 +62,9 @@ impl<const AXES: usize, const MOTORS: usize, const MOVES: usize, const BLOCKS: u
     }
 }
 
-/// A [`Queue`] for up to sixteen lines, planned by [`CornerRule::Grbl`](crate::CornerRule) whatever
-/// the settings: for homing, parking and the like. It remembers no path, so there is no curvature
-/// to measure.
+/// A [`Queue`] for up to sixteen moves, planned by [`CornerRule::Grbl`](crate::CornerRule) whatever
+/// the settings: for homing, parking and the like. It remembers no path, so the planner cannot
+/// measure curvature.
 #[derive(Debug)]
 pub struct SmallQueue<const AXES: usize, const MOTORS: usize, const MOVES: usize> {
     moves: Deque<PlannedMove<AXES, MOTORS>, MOVES>,
@@ -71,7 +72,7 @@ pub struct SmallQueue<const AXES: usize, const MOTORS: usize, const MOVES: usize
 }
 
 impl<const AXES: usize, const MOTORS: usize, const MOVES: usize> SmallQueue<AXES, MOTORS, MOVES> {
-    /// Compile-time check: two blocks hold all moves, wherever the first one begins.
+    /// Compile-time check: two blocks hold all moves, wherever in its block the first move lies.
     const FITS: () = assert!(MOVES > 0 && MOVES <= 16);
 
     /// An empty queue.
@@ -124,8 +125,8 @@ impl<'q, const AXES: usize, const MOTORS: usize, const MOVES: usize>
     }
 }
 
-/// Room for `PIXELS` changes of power within the moves of a [`Queue`]. The planner's maker owns it,
-/// as it owns the queue.
+/// Room for `PIXELS` changes of power within the moves of a [`Queue`]. The code that makes the
+/// planner owns both.
 #[derive(Debug)]
 pub struct PixelQueue<const PIXELS: usize>(pub(crate) Deque<Packed, PIXELS>);
 

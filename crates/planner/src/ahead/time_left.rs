@@ -2,7 +2,7 @@
 //!
 //! The look-ahead finds how fast the next moves may begin; for moves far ahead it finds only the
 //! speeds at the borders of blocks. Here the speed at the start of every move is found, and with it
-//! the ramps of the move. In this calculation each part of a move is one step of a profile.
+//! the ramps of the move. In this calculation each part of a move counts as a single step.
 //!
 //! With a jerk limit the ramps follow `ramp`, and the speeds at which they fit into a move are
 //! found by halving.
@@ -41,7 +41,7 @@ impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
-    /// Begins with the rest of the move that `segmenter` runs.
+    /// Begins a sum with the rest of the move that `segmenter` runs.
     pub fn time_left(&self, segmenter: &Segmenter<AXES, MOTORS>) -> TimeLeft {
         let (mut seconds, mut speed, left) = segmenter.rest_of_part();
         let queue = self.queue();
@@ -150,8 +150,8 @@ impl<const AXES: usize, const MOTORS: usize> Over<'_, AXES, MOTORS> {
     }
 }
 
-/// A part of a move. Lengths in mm, accelerations in mm/s², speeds in mm/s, the limit at its end in
-/// mm²/s².
+/// A part of a move. The length is in mm, accelerations are in mm/s², speeds in mm/s, and the limit
+/// at the part's end in mm²/s².
 struct Stretch {
     length: f32,
     up: f32,

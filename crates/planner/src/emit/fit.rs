@@ -64,11 +64,11 @@ const EVEN: f32 = 1.0;
 const GROWTH: f32 = 1.08;
 
 /// The least smoothing that brings the steps of other motors within 5 µs, or within a sixteenth of
-/// a step if that is more, of the true line. Where ticks would be closer than `shortest_tick`, it
-/// is less. The steps of the segment take `interval` seconds each in the mean.
+/// a step if that is more, of the true line. Where ticks would be closer than `shortest_tick`, the
+/// smoothing is less. The steps of the segment take `interval` seconds each in the mean.
 ///
 /// `evenness` is the segment's lowest speed as a share of its mean one. It is 0 for a step out of
-/// rest or into it, whose shortest tick has a quarter of the mean.
+/// rest or into rest, whose shortest tick takes a quarter of the mean tick's time.
 #[inline(never)]
 pub(crate) fn smoothing(interval: f32, shortest_tick: f32, evenness: f32) -> Smoothing {
     const LEVELS: [Smoothing; 3] = [Smoothing::None, Smoothing::Twofold, Smoothing::Fourfold];
@@ -163,7 +163,8 @@ impl Carry {
         duration: u64,
     ) -> (Interval, IntervalChange) {
         let count = i64::from(ticks.get());
-        // Less than half a count, spread evenly: one 32-bit division.
+        // At most half a count of the error is spread over the ticks, so one 32-bit division is
+        // enough.
         let owed = self.0.clamp(i32::MIN.into(), i32::MAX.into()) as i32 / i32::from(ticks.get());
         let first = first.saturating_add_signed(owed.into());
         let made = (first as i64)

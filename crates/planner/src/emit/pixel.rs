@@ -28,7 +28,7 @@ pub(crate) struct Pixel {
 /// Bits of a line number; all of them set stand for none.
 const LINE_BITS: u32 = 24;
 const NO_LINE: u32 = (1 << LINE_BITS) - 1;
-/// Bits of a power in 2⁻²².
+/// Bits of a power, in units of 2⁻²² of full power.
 const POWER_BITS: u32 = 23;
 /// Bits of [`Power::share`] that are rounded away.
 const ROUNDED: u32 = 9;
@@ -47,8 +47,8 @@ impl Pixel {
             None => NO_LINE,
         };
         let after = Some(self.after).filter(|after| after >> AFTER_BITS == 0)?;
-        // Rounded up: powers are made by rounding decimals down, and the power output rounds down
-        // again.
+        // Rounded up, because a power was rounded down when it was made from a decimal, and the
+        // power output rounds down again.
         let share = self.power.share().to_bits();
         let power = (share + ((1 << ROUNDED) - 1)) >> ROUNDED;
         let high = u64::from(line) << POWER_BITS | u64::from(power);

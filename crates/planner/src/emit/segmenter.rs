@@ -87,7 +87,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         if self.running.is_none() {
             self.running = Running::new(planner.start_next()?, self.exit_v2);
         }
-        // A reference: to move it out and back in would cost a copy for each segment.
+        // A reference, because moving it out and back in would copy it for each segment.
         let running = self.running.as_mut()?;
         running.begin_pixel(|| planner.take_pixel());
         let timing = Timing::new(planner.config());
@@ -106,8 +106,8 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
     /// Begins a feed hold: from the end of the segments handed out, the shortest stop on the path
     /// that acceleration allows.
     ///
-    /// The stop ends on a whole step. Where the running move is too short, it ends in a later move.
-    /// [`Segmenter::is_held`] tells when it has ended.
+    /// The stop ends on a whole step. Where the running move is too short for the stop, the stop
+    /// ends in a later move. [`Segmenter::is_held`] tells when the stop has ended.
     pub fn hold(&mut self) {
         if self.mode == Mode::Going {
             self.mode = if self.is_moving() {
@@ -156,8 +156,8 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
             .map_or_else(|| sqrt(self.exit_v2), Running::speed)
     }
 
-    /// Seconds of the rest of the profile, the speed after it, mm/s, and the steps of the running
-    /// move after it.
+    /// Time to the end of the profile, s; the speed there, mm/s; the steps of the running move that
+    /// follow.
     pub(crate) fn rest_of_part(&self) -> (f32, f32, u32) {
         self.running
             .as_ref()
@@ -187,15 +187,16 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         self.speed() > 0.0
     }
 
-    /// The next segment makes the profile anew.
+    /// Has the profile made anew before the next segment.
     fn plan_anew(&mut self) {
         if let Some(running) = &mut self.running {
             running.outlook = None;
         }
     }
 
-    /// All steps of the profile have been handed out: the move is over, or a hold has stopped in
-    /// it.
+    /// Ends a profile whose steps have all been handed out. A move has one profile or more: a hold
+    /// may stop within it, and a long line runs in parts (see
+    /// [`Course`](crate::space::axis_limits::Course)).
     fn end_profile<K>(&mut self, planner: &mut Planner<'_, K, AXES, MOTORS>)
     where
         K: Kinematics<AXES, MOTORS>,
@@ -262,10 +263,10 @@ pub const LONGEST_LEAD: u32 = 1000;
 ///   power                       ^ for the front's first tick
 /// ```
 ///
-/// Segments wait here until they reach to the time that belongs to the front's first tick, and no
-/// longer: a hold cannot change a segment that waits. For the same reason no more segments are
-/// taken than there is `room` for. Where ticks are so long that this time lies beyond the segments
-/// that wait, the power at the end of the last one is used.
+/// Segments wait here until they cover the time that the power for the front's first tick belongs
+/// to, and no longer: a hold cannot change a segment that waits. For the same reason no more
+/// segments are taken than there is `room` for. Where ticks are so long that this time lies beyond
+/// the segments that wait, the power at the end of the last one is used.
 ///
 /// Each segment is handed out in pieces, one for each segment that its power comes from. The power
 /// changes with a tick, at most half a tick from the right time. Motion is never changed.
@@ -350,8 +351,8 @@ impl<'a, const MOTORS: usize> PowerLead<'a, MOTORS> {
         self.waiting.clear();
     }
 
-    /// Takes segments until they reach to the time that belongs to the front's first tick, or
-    /// `source` has no more, or there is no room.
+    /// Takes segments until they cover the time that the power for the front's first tick belongs
+    /// to, or `source` has no more, or there is no room.
     fn fill(&mut self, room: u64, mut source: impl FnMut() -> Option<Segment<MOTORS>>) {
         let mut covered: u64 = self.waiting.iter().map(duration).sum();
         while !self.waiting.is_full()

@@ -10,9 +10,9 @@
 //! ```
 //!
 //! The curvature `k` at a place `s` of the path, measured over the length `h` to both sides, is the
-//! second difference divided by the lengths of both chords. The ends of pieces lie on the curve that
-//! was meant. A point `d` behind the start of a piece of the length `l` lies inside that curve, by
-//! `k·i` with `i = d·(l − d)/2`.
+//! second difference divided by the lengths of both chords. The ends of pieces lie on the curve
+//! that was meant. A point `d` after the start of a piece of the length `l` lies inside that curve,
+//! by `k·i` with `i = d·(l − d)/2`.
 //!
 //! Coordinates are rounded to a few decimals, each by up to `e`. That makes an error of `4·e/h²` in
 //! `k`. So `h` begins as the length of the shorter of the two pieces, and grows until
@@ -57,8 +57,9 @@ const STILL_NEAR_ENOUGH: f32 = 1.4;
 const TOO_LONG: f32 = 0.5;
 const SHORTER: f32 = 0.75;
 
-/// The chords of a curve are no longer than the shorter of the two pieces that meet, by this factor.
-/// With 2, a line beside a curve is taken for one of them more often.
+/// A piece is taken for a chord of the curve if it is at most this many times as long as the
+/// shorter of the two pieces that meet. With 2, a line beside a curve would more often be taken for
+/// a chord.
 const ONE_CURVE: f32 = 1.5;
 
 /// The greatest length, in lengths of the shorter of the two pieces.

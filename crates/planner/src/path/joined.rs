@@ -25,8 +25,8 @@
 use super::window::SHARP2;
 use crate::real::{norm2, sqrt};
 
-/// Pieces that turn by more than half a degree are bent when they are joined. As the square of the
-/// distance between two unit vectors.
+/// A piece that turns by more than half a degree away from those before it makes the joined move
+/// *bent*. This is the square of the distance between the two unit vectors.
 const BENT2: f32 = 1e-4;
 
 /// The pieces of a joined move.
@@ -36,7 +36,7 @@ pub(crate) struct Joined<const AXES: usize> {
     way: [f32; AXES],
     /// `L`: the length of all pieces together, mm.
     length: f32,
-    /// `M`, mm²: how far the centre lies beside the line, see the module.
+    /// `M`, mm²: the centre lies `M/(2·L)` away from the middle of the line.
     aside: [f32; AXES],
     /// Whether the pieces turn.
     pub(crate) is_bent: bool,

@@ -56,7 +56,7 @@ impl<const MOTORS: usize> Row<MOTORS> {
         }
     }
 
-    /// The row with one more move, and the pixel that it adds; `None` where it does not go on.
+    /// The row with one more move, and the pixel that it adds; `None` where the row does not go on.
     pub(crate) fn extended<const AXES: usize>(
         &self,
         of: &Move<AXES>,

@@ -22,8 +22,8 @@ use super::joined::Joined;
 use crate::real::{max, min};
 
 /// A move that is shorter than this many of the coarsest steps is joined to the next one. The
-/// direction of a longer move is off by 1/32 at most, and its length by half the square of that,
-/// 1/2000.
+/// direction of a longer move is off by 1/32 (rad) at most, and its length by half the square of
+/// 1/32, a share of 1/2000.
 pub(crate) const STEPS: u32 = 32;
 
 /// While all motors together make fewer steps than this, pieces are joined wherever their centre
@@ -112,7 +112,7 @@ impl Motor {
     /// Adds `more` steps of this motor. All motors made `done` steps so far, and `all` steps with
     /// the new piece. Returns whether the motor still passes the ends of all pieces within a step,
     /// and does not turn back.
-    #[inline(never)] // not once for each motor
+    #[inline(never)] // one copy of the code for all motors
     fn lengthen(&mut self, more: i32, done: f32, all: f32) -> bool {
         let end = self.steps as f32;
         self.smallest = max(self.smallest, (end - 1.0) / done);

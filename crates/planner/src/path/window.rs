@@ -6,7 +6,7 @@
 //!                          the first one that waits: the turn at its start is asked for
 //! ```
 //!
-//! See `turn`.
+//! `turn` finds the turns.
 
 use super::probe::Probe;
 use crate::real::{min, norm2, sqrt};
@@ -60,9 +60,9 @@ pub(super) struct Placed<const AXES: usize> {
 }
 
 impl<const AXES: usize> Placed<AXES> {
-    /// How far a point of this piece, `way` units behind its start, lies inside the curve that the
-    /// piece is a chord of, for a curvature of 2: square units. 0 if the piece is longer than `chord`
-    /// mm.
+    /// How far a point of this piece, `way` units after its start, lies inside the curve that the
+    /// piece is a chord of, if the curvature is 2: in square units. 0 if the piece is longer than
+    /// `chord` mm.
     fn inside(&self, way: f32, chord: f32) -> f32 {
         if self.length <= chord {
             way * (self.length * PER_MM - way)
@@ -89,8 +89,8 @@ impl Bits {
     }
 }
 
-/// The last pieces of a path. Piece `n` is at `n` modulo [`PIECES`]. The entry behind the last
-/// piece holds the path's end.
+/// The last pieces of a path. Piece `n` is at `n` modulo [`PIECES`]. The entry after the last piece
+/// holds the path's end.
 #[derive(Clone, Debug)]
 pub(crate) struct Window<const AXES: usize> {
     placed: [Placed<AXES>; PIECES as usize],
@@ -153,7 +153,7 @@ impl<const AXES: usize> Window<AXES> {
         self.probe = Probe::NEW;
     }
 
-    /// The next piece begins at rest, at `start`.
+    /// Makes the next piece begin at rest, at `start`.
     pub(crate) fn begin(&mut self, start: &[Coordinate; AXES]) {
         self.forget();
         self.place(self.count).start = units(start);
@@ -320,13 +320,13 @@ impl<const AXES: usize> Window<AXES> {
     }
 
     /// Looks at two points of the path: `length` ahead of the start of a piece, and `length` back
-    /// from it. Returns the sum of the vectors from that start to both points, mm, and the area by
-    /// which it is to be divided for the curvature, mm². Pieces up to the length `chord` are taken
-    /// for chords of a curve; with 0 none are.
+    /// from it. Returns the sum of the vectors from that start to both points, mm, and an area,
+    /// mm². The sum divided by the area is the curvature. Pieces up to the length `chord` (mm) are
+    /// taken for chords of a curve; with 0 none are.
     ///
-    /// The caller has checked that the path is that long to both sides. `pieces` tells how many
-    /// pieces were passed the last time, ahead and back, where the search begins; it takes the new
-    /// numbers.
+    /// The caller has checked that the path is that long to both sides. The search begins at
+    /// `pieces`, the numbers of pieces passed the last time, ahead and back, and puts the new
+    /// numbers there.
     pub(super) fn aside(
         &self,
         number: u32,
@@ -366,7 +366,7 @@ impl<const AXES: usize> Window<AXES> {
 }
 
 /// The greatest number from 1 to `most` that is `within`; 0 if none is. The search begins at
-/// `guess`. The caller warrants that all numbers below one that is `within` are within as well.
+/// `guess`. Below a number that is `within`, all numbers must be `within`.
 fn find(guess: u32, most: u32, within: impl Fn(u32) -> bool) -> u32 {
     let mut found = guess.min(most);
     while found > 0 && !within(found) {

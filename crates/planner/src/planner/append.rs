@@ -14,7 +14,8 @@ use crate::path::{Piece, Turn, When};
 use crate::real::{max, min, norm2, sqrt, worst};
 use crate::{Config, Coordinate, CornerRule, Curve, Feed, Kinematics, Move, MoveKind, Overrides};
 
-// Between axes and motors: the end of the queue, and the steps of a target.
+// Places of the axes and steps of the motors: the conversion of one to the other, and the end of
+// the queue.
 impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
@@ -63,8 +64,9 @@ where
         self.kinematics.axes(&motors)
     }
 
-    /// `steps`, with every second motor of an axis put to the place of the axis's own motor. Both
-    /// must have the same count before a move, because a move brings both to the same count.
+    /// `steps`, in which each further motor of an axis has the count of the axis's own motor. All
+    /// motors of an axis must have the same count before a move, because the move brings them to
+    /// the same count.
     pub fn ganged(&self, steps: [i32; MOTORS]) -> [i32; MOTORS] {
         let mut ganged = steps;
         for (motor, place) in ganged.iter_mut().enumerate() {
@@ -305,8 +307,8 @@ where
 
     /// Plans the first moves that wait, as far as the turn at their start is known by now.
     fn settle(&mut self) {
-        /// More than one, so that fewer and fewer moves wait; few, for the time that one line may
-        /// take.
+        /// More than one, so that fewer moves wait after each line; few, because a line must not
+        /// take long.
         const MOST: usize = 2;
         for _ in 0..MOST {
             if self.settle_one(When::Known).is_none() {
@@ -334,8 +336,8 @@ where
         self.nominal_before = speed;
     }
 
-    /// A move that waits as it will be planned, by the path known so far. `count` moves wait before
-    /// it.
+    /// A copy of `of`, a move that waits, with the limits at its start by the path known so far.
+    /// `count` moves wait before it.
     pub(crate) fn guess(
         &self,
         count: usize,
@@ -380,8 +382,8 @@ fn begin<const AXES: usize, const MOTORS: usize>(
     nominal
 }
 
-/// The sum of the least times of the moves that wait, kept up to date as moves come and go. It
-/// decides whether more moves are wanted.
+/// The sum of the least times of the moves that wait, kept up to date as moves come and go. The
+/// machine asks for more moves while this sum is small.
 #[derive(Debug)]
 pub(super) struct Backlog {
     micros: u64,

@@ -243,7 +243,7 @@ where
         self.forget_direction();
     }
 
-    /// The next move begins at rest.
+    /// Makes the next move begin at rest.
     #[inline(never)]
     fn forget_direction(&mut self) {
         self.last = None;
@@ -336,12 +336,12 @@ where
 
     /// Whether too many moves wait until the turn at their start is known, compared with the number
     /// of planned moves.
-    #[inline(never)] // twice: 0.1 KB of a firmware that is nearly full
+    #[inline(never)] // a second copy would take 0.1 KB of a firmware that is nearly full
     fn too_many_wait(&self) -> bool {
-        /// For each move that waits, there should be this many planned moves.
+        /// The least number of planned moves for each move that waits.
         const FEW: usize = 64;
-        /// The same if a corner is at the start of the first move that waits: a move that is
-        /// planned too early there stays slow.
+        /// The least number if a corner is at the start of the first move that waits: a move that
+        /// is planned too early there stays slow.
         const FEW_BEFORE_CORNER: usize = 8;
         self.window.as_ref().is_some_and(|window| {
             let few = if window.waits_at_corner() {
@@ -383,7 +383,7 @@ where
 /// The values that the running move's profile depends on, besides the move.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(crate) struct Outlook {
-    /// Squared speed at which the move may end, speed units.
+    /// Squared speed at which the move may end, in units of [`SpeedUnit`].
     pub(crate) exit: u32,
     /// A number that changes whenever nominal speeds change.
     pub(crate) revision: u32,

@@ -92,10 +92,12 @@ where
         max(ends, STILL * planned.acceleration)
     }
 
-    /// By how much a piece may begin faster than the squared speed `v2`, at which it ends at most.
-    /// The curvatures are those at its end and at its start. That is `gain`, unless the piece may
-    /// begin still faster where it ends slower. A start at the squared speed `enough` is enough.
-    #[inline(never)] // twice it takes 0.1 KB more of a firmware that is nearly full
+    /// By how much the squared speed at a piece's start may exceed `v2`, if the piece ends at `v2`
+    /// or slower. `end` and `start` are the curvatures there.
+    ///
+    /// A piece that ends at `v2` exceeds it by `gain`. A slower end may allow a faster start. It is
+    /// looked for only while the squared speed at the start is below `enough`.
+    #[inline(never)] // in two places it would take 0.1 KB more of a firmware
     fn best(
         &self,
         piece: &Piece<AXES>,
@@ -113,9 +115,9 @@ where
         }
     }
 
-    /// By how much a part of a move may begin faster than the squared speed `v2`, at which it ends
-    /// at most. The curvatures are those at its end and at its start. A start at the squared speed
-    /// `enough` is enough.
+    /// By how much the squared speed at the start of a part of a move may exceed `v2`, if the part
+    /// ends at `v2` or slower. `bends` are the curvatures at its end and at its start. `enough`:
+    /// see [`Self::best`].
     #[inline(never)] // in four places it would take 0.5 KB more of a firmware
     fn gain_over(
         &self,
@@ -129,7 +131,8 @@ where
         self.best(&piece, bends, [v2, gain], enough)
     }
 
-    /// By how much a move may begin faster than the squared speed `v2`, at which it ends at most.
+    /// By how much the squared speed at a move's start may exceed `v2`, if the move ends at `v2` or
+    /// slower.
     fn whole_gain(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
@@ -153,7 +156,8 @@ where
         gain
     }
 
-    /// By how much a move may begin faster than it ends, where that is the same at every speed.
+    /// By how much the squared speed at a move's start may exceed the one at its end, mm²/s²;
+    /// `None` if that depends on the speed.
     fn even_gain(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
@@ -187,9 +191,11 @@ where
     }
 }
 
-/// The lengths at the start and at the end of a move over which the path turns, mm, where it goes
-/// straight on between them. A turn with the curvature `k` that reaches `h` to both sides is one by
-/// the angle `k·h`. That takes half of `h` on each side.
+/// The lengths at the start and at the end of a move over which the path turns, mm. `None` if the
+/// path is not straight between them: the whole move turns.
+///
+/// A turn whose curvature `k` was measured over `h` to both sides is a turn by the angle `k·h`. It
+/// takes half of `h` on each side.
 fn turning_ends<const AXES: usize, const MOTORS: usize>(
     planned: &PlannedMove<AXES, MOTORS>,
     after: Option<&PlannedMove<AXES, MOTORS>>,
@@ -248,7 +254,7 @@ where
             };
         }
         let v2 = min(planned.top_v2(), after.top_v2());
-        // Where it ends faster than it may begin, braking bounds nothing.
+        // Where the move ends faster than it may begin, braking bounds nothing.
         let top = unit.units(v2).min(after.corner).min(planned.corner);
         if turning_ends(planned, Some(after)).is_some() {
             let gains = [0, top].map(|v2| self.gain(planned, Some(after), v2));
@@ -341,8 +347,8 @@ impl<K, const AXES: usize, const MOTORS: usize> AxisLimits<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
-    /// How a move goes on, up to the end of the part where motion is. `after` is the move after it;
-    /// the end may be passed at the squared speed `exit_v2` (mm²/s²) at most.
+    /// How a move goes on, up to the end of the part where motion is. `after` is the move after it.
+    /// The move may end at the squared speed `exit_v2` (mm²/s²) at most.
     pub(crate) fn course(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,

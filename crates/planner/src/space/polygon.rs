@@ -9,7 +9,7 @@
 //! ```
 //!
 //! That is a polygon in the plane of `u` and `x`. All vectors here are divided by the
-//! accelerations, so that it reads `|q_d·u + b_d·x| ≤ 1`. A speed is allowed if the polygon
+//! accelerations, so that the limit reads `|q_d·u + b_d·x| ≤ 1`. A speed is allowed if the polygon
 //! contains `u = 0` at that speed. Such a speed can be kept, and the acceleration that is left for
 //! braking and for speeding up is never below 0.
 //!
@@ -101,15 +101,15 @@ fn bound(bounds: &mut [Bound; 3], share: f32, from: f32, to: f32) {
     }
 }
 
-/// Room for the roundings of a crossing of two bounds.
+/// A factor that makes a crossing of two bounds lower by more than its rounding.
 const ROUNDED_DOWN: f32 = 1.0 - 1.0 / (1 << 20) as f32;
 
 /// In which direction the speed rises.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Rise {
-    /// Along the path: it accelerates.
+    /// Along the path: motion along the path accelerates.
     Forward,
-    /// Against it: it brakes.
+    /// Against the path: motion along the path brakes.
     Backward,
 }
 
@@ -164,7 +164,8 @@ impl<const AXES: usize> Piece<AXES> {
             let share = q * per_length;
             let one = 1.0f32.copysign(share);
             let (per_share, steeper) = (1.0 / share, share + to);
-            // Otherwise this end bounds nothing: the speed may rise without end.
+            // Where `steeper` and `share` differ in sign, the limit at the other end bounds
+            // nothing.
             let ends = (steeper * one > 0.0).then(|| 1.0 / steeper);
             for (gain, x) in gains.iter_mut().zip(&xs) {
                 let start = min(per_share.abs(), (one - from * x) * per_share);
@@ -198,7 +199,7 @@ impl<const AXES: usize> Piece<AXES> {
     }
 
     /// The highest squared speed (mm²/s²) at this end with which the other end may have the squared
-    /// speed `other`: where a bound falls, a slower end lets the other one be faster.
+    /// speed `other`: where a bound falls, the other end may be faster if this end is slower.
     pub(crate) fn fastest_end(&self, other: f32, from: &[f32], rise: Rise) -> f32 {
         let per_length = rise.sign() * 0.5 / self.length;
         let axes = self.tangent.iter().zip(from);

@@ -210,16 +210,16 @@ impl<const AXES: usize, const MOTORS: usize, const MORE: usize> Kinematics<AXES,
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct StepsPerMm(u64);
 
-/// 5¹⁸: the odd part of the 10¹⁸ between a product of two decimals and a step.
+/// 5¹⁸, the odd factor of 10¹⁸. A product of two decimals, divided by 10¹⁸, is a number of steps.
 const ODD: u64 = 3_814_697_265_625;
-/// The power of two in 10¹⁸.
+/// The exponent of the factor 2¹⁸ of 10¹⁸.
 const EVEN_BITS: u32 = 18;
-/// From this value of the upper 64 bits on, a product is more than 2³¹ steps. A smaller product is
-/// below 2⁹¹ by half a step at least.
+/// From this value of the upper 64 bits on, a product is more than 2³¹ steps. A smaller product
+/// plus half a step is below 2⁹¹.
 const TOO_MUCH: u64 = (1 << 27) - 1;
 /// Half a step, in 10⁻¹⁸ steps.
 const HALF: u128 = 500_000_000_000_000_000;
-/// The greatest scale, 10⁻⁹ steps/mm: a thousand times as much has 64 bits.
+/// The greatest scale, 10⁻⁹ steps/mm: a thousand times this value fits 64 bits.
 const GREATEST: u64 = (1 << 54) - 1;
 
 impl StepsPerMm {
@@ -242,7 +242,7 @@ impl StepsPerMm {
     }
 
     /// The exact number of steps at `coordinate`, rounded half away from zero; `None` beyond `i32`.
-    #[inline(never)] // a motor may not move, and there are up to six
+    #[inline(never)] // one copy of the code for up to six motors
     pub fn steps(self, coordinate: Coordinate) -> Option<i32> {
         let product = u128::from(coordinate.0.unsigned_abs()) * u128::from(self.0);
         // A comparison of the upper half excludes large excesses with less work than one of 128
@@ -258,8 +258,9 @@ impl StepsPerMm {
     /// The coordinate nearest to `steps`; the origin where the scale is 0.
     ///
     /// A long division in base 1000. Its first quotient has nine of the 18 decimals of 10¹⁸. Each
-    /// remainder is less than the scale, below 2⁵⁴, so that its thousandfold has 64 bits.
-    #[inline(never)] // for a report, and there are as many calls as motors
+    /// remainder is less than the scale, below 2⁵⁴, so that a thousand times the remainder fits 64
+    /// bits.
+    #[inline(never)] // one copy of the code for all motors: it is called seldom
     pub fn coordinate(self, steps: i32) -> Coordinate {
         if self.0 == 0 {
             return Coordinate::ZERO;
@@ -281,10 +282,10 @@ impl StepsPerMm {
 
 /// The whole part of `x / 5¹⁸`, for `x` below 2⁷³.
 ///
-/// The top 32 bits of `x` times the reciprocal are an estimate that is too small by 2 at most: 0.58
-/// for the bits below the top, 1 for what the reciprocal lacks, and the rounding down. The
-/// remainder puts it right in two steps; the compiler would make a loop a division. (Its 128-bit
-/// division costs twenty times as much.)
+/// The top 32 bits of `x` times the reciprocal are an estimate that is too small by 2 at most: by
+/// 0.58 for the bits below the top, by 1 for the rounding of the reciprocal, and by the rounding of
+/// the product. Two comparisons with the remainder correct the estimate. The compiler would turn a
+/// loop into a division. (Its 128-bit division costs twenty times as much.)
 fn divide_by_odd(x: u128) -> u32 {
     const TOP: u32 = 41;
     const RECIPROCAL: u64 = ((1u128 << (TOP + 32)) / ODD as u128) as u64;

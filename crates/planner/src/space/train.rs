@@ -27,7 +27,8 @@ impl Train {
         }
     }
 
-    /// The place of the motor that has the axis's number, if it is the axis's own.
+    /// The place of the motor that has the axis's number, if this motor turns with the axis;
+    /// otherwise 0.
     fn own<T: Copy + Default, const MOTORS: usize>(self, motors: &[T; MOTORS], axis: usize) -> T {
         let is_own = self.axis::<MOTORS>(axis) == axis;
         let place = motors.get(axis).filter(|_| is_own);

@@ -140,8 +140,8 @@ pub struct Trapezoid {
     last: f32,
 }
 
-/// The largest difference, as a share of the squared speed, between a speed and the one that the
-/// distance allows that still counts as rounding.
+/// Two squared speeds count as equal if they differ by no more than this share of the squared speed
+/// at the profile's start: the difference is rounding.
 pub(crate) const ROUNDING: f32 = 2e-6;
 
 impl Trapezoid {

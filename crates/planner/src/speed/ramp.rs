@@ -111,9 +111,9 @@ impl Ramp {
         }
     }
 
-    /// The rest of a ramp to `v1`, of which the beginning is over: at `speed` the acceleration is
-    /// `acceleration` (signed, not 0, towards `v1`). `None` where `v1` is too near: the
-    /// acceleration would have to fall at once.
+    /// The rest of a ramp to `v1` whose beginning is over: motion has `speed` and `acceleration`
+    /// (signed, not 0, towards `v1`). `None` where `v1` is too near: the acceleration would have to
+    /// fall at once.
     pub(crate) fn joined(speed: f32, acceleration: f32, v1: f32, limits: Limits) -> Option<Self> {
         let past = eased(acceleration, limits);
         let ramp = Self::new(max(speed - past, 0.0), v1, v1 - speed + past, limits);
@@ -121,8 +121,8 @@ impl Ramp {
         (grown >= 0.0 && grown <= ramp.ease).then(|| ramp.skip(grown))
     }
 
-    /// The shortest end of a ramp that has `acceleration` (signed) at `speed`: the acceleration
-    /// falls to 0.
+    /// The shortest ramp over which the acceleration falls to 0, from `speed` and `acceleration`
+    /// (signed).
     pub(crate) fn easing(speed: f32, acceleration: f32, limits: Limits) -> Self {
         let change = eased(acceleration, limits);
         let (before, after) = (max(speed - change, 0.0), max(speed + change, 0.0));
@@ -169,7 +169,7 @@ impl Ramp {
     }
 
     /// The time of the `steps` after the place `x0` within one part that has the jerk `jerk`,
-    /// seconds. Newton's method solves `steps = (v0 + v1)/2·t − jerk·t³/12` for it.
+    /// seconds. Newton's method solves `steps = (v0 + v1)/2·t − jerk·t³/12` for the time `t`.
     fn part(&self, x0: f32, steps: f32, jerk: f32) -> f32 {
         const ROUNDS: u32 = 3;
         if steps <= 0.0 {
@@ -178,7 +178,8 @@ impl Ramp {
         let x1 = x0 + steps;
         let (v0, v1) = (self.speed_at(x0), self.speed_at(x1));
         if jerk != 0.0 && min(v0, v1) < 0.5 * max(v0, v1) {
-            // Near rest Newton's method would not settle; little cancels there.
+            // Near rest Newton's method would not settle. The difference of two times is exact
+            // enough there.
             return self.whole_time(x1) - self.whole_time(x0);
         }
         let mean = 0.5 * (v0 + v1);
@@ -227,7 +228,7 @@ impl Ramp {
         2.0 * self.ease + self.steady
     }
 
-    /// The place after `time` seconds from the start of an ease or of the steady part, steps.
+    /// The place in the whole ramp after `time` seconds, steps. Not for the last ease.
     fn place(&self, time: f32) -> f32 {
         let late = max(time - self.ease, 0.0);
         let early = min(time, self.ease);
@@ -308,7 +309,7 @@ pub(crate) fn braking(fastest: f32, length: f32, limits: Limits) -> f32 {
 }
 
 /// The error of a speed, as a share of it: eight units in the last place. A loss of speed is
-/// reduced by it, for moves so short that the loss is within the rounding.
+/// reduced by this error, because on the shortest moves the loss is within the rounding.
 const COARSE: f32 = 1.0 / (1 << 20) as f32;
 
 /// The first time at which `v·t + jerk·t³/6` is `x`, with `v` at least 0.

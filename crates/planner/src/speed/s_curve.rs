@@ -36,7 +36,7 @@ pub struct SCurve {
 /// The rough cube root is too small by less than this factor.
 const ROOT_MARGIN: f32 = 1.1;
 
-/// Halvings of a range of speeds: one less than an `f32` has bits.
+/// Halvings of a range of speeds: one less than the bits of an `f32`'s significand.
 const HALVINGS: u32 = 23;
 
 impl SCurve {
@@ -155,8 +155,8 @@ impl SCurve {
         (time, speed)
     }
 
-    /// The stretch that step `from` lies in. Its acceleration is a constant one that bends time as
-    /// much as the ramp with its jerk can at most:
+    /// The stretch that step `from` lies in. Its `acceleration` is constant: the one whose third
+    /// derivative of time by place, `3a²/v⁵`, is the largest that the ramp with its jerk can have:
     ///
     /// ```text
     ///   t‴ = (3a² − v·jerk)/v⁵
@@ -179,8 +179,8 @@ impl SCurve {
         }
     }
 
-    /// The acceleration that [`SCurve::stretch`] tells, steps/s². `peak` is the largest one of the
-    /// ramp that `from` lies on, signed; 0 in the cruise.
+    /// The acceleration of [`SCurve::stretch`], steps/s². `peak` is the largest one of the ramp
+    /// that `from` lies on, signed; 0 in the cruise.
     fn bent(&self, peak: f32, from: Place) -> f32 {
         let speed = self.motion(from).0;
         let bent = sqrt(peak * peak + speed * self.limits.jerk / 3.0);
@@ -268,8 +268,8 @@ impl Entry {
         Ramp::easing(self.speed, self.acceleration, self.limits).end_speed()
     }
 
-    /// The quickest way to `speed`: a ramp that goes on with the acceleration under way, or one
-    /// that begins when that has fallen to 0.
+    /// The quickest way to `speed`: a ramp that goes on with the acceleration under way, or a ramp
+    /// that begins once this acceleration has fallen to 0.
     fn ramps(&self, speed: f32) -> (Ramp, Ramp) {
         if self.acceleration == 0.0 {
             let up = Ramp::between(self.speed, speed, self.limits);
@@ -318,8 +318,7 @@ impl Entry {
     }
 }
 
-/// By halving: the speed nearest to `bad` that `fits`. The caller warrants that `good` fits and
-/// `bad` does not.
+/// Finds by halving the speed nearest to `bad` that `fits`. `good` must fit, and `bad` must not.
 fn furthest(mut good: f32, mut bad: f32, fits: impl Fn(f32) -> bool) -> f32 {
     for _ in 0..HALVINGS {
         let middle = 0.5 * (good + bad);

@@ -85,7 +85,7 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
         let (waiting, len) = (usize::from(self.running), self.moves.storage_len());
         let asked = usize::from(from.wrapping_sub(self.first));
         let begin = if asked > len {
-            waiting // it has begun since
+            waiting // the move has begun since
         } else {
             asked.max(waiting)
         };
@@ -120,7 +120,7 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
     }
 
     /// Whether the speed at the start of a block has to be found move by move from the end of the
-    /// queue: nobody has found it yet, or the block is near the end of the plan. The block begins
+    /// queue: it has not been found yet, or the block is near the end of the plan. The block begins
     /// at `index`.
     fn is_inside(&self, index: usize) -> bool {
         let near_end = index + (1 << self.block_bits) >= self.planned;

@@ -1,6 +1,7 @@
 //! The running move: its place, its profile, and its next segment.
 //!
-//! The profile leads to the end of the move, or to the shortest stop.
+//! The profile leads to the end of the move or of a part of it (see
+//! [`Course`](crate::space::axis_limits::Course)), or to the shortest stop.
 
 mod piece;
 mod tracer;
@@ -40,8 +41,8 @@ pub(crate) struct Running<const MOTORS: usize> {
 }
 
 impl<const MOTORS: usize> Running<MOTORS> {
-    /// Begins `planned` at the squared speed `entry_v2` (mm²/s²); `None` where it has no steps
-    /// (never queued).
+    /// Begins `planned` at the squared speed `entry_v2` (mm²/s²); `None` where it has no steps.
+    /// Such a move is never queued.
     pub(crate) fn new<const AXES: usize>(
         planned: &PlannedMove<AXES, MOTORS>,
         entry_v2: f32,
@@ -89,8 +90,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         self.speed / self.steps_per_mm
     }
 
-    /// Seconds of the rest of the profile, the speed at its end, mm/s, and the steps of the move
-    /// after it.
+    /// Time to the end of the profile, s; the speed there, mm/s; the steps of the move that follow.
     pub(crate) fn rest(&self) -> (f32, f32, u32) {
         let steps = self.here().before(self.profile.end());
         let parts = self.progress.parts.as_ref();
@@ -203,7 +203,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Aim {
     pub(crate) goal: Goal,
-    /// Steps of the dominant motor from the end of the part that runs to the move's end.
+    /// Steps of the dominant motor from the end of the part of the move that runs to the move's end
+    /// (see [`Course`](crate::space::axis_limits::Course)).
     pub(crate) steps_after: u32,
     /// Squared speed at which the part may end so that all later limits can be kept, mm²/s².
     pub(crate) exit_v2: f32,
@@ -230,7 +231,7 @@ pub(crate) enum Goal {
     Stop,
 }
 
-/// The input of a profile: steps of the dominant motor, steps/s.
+/// The input of a profile. Units: steps of the dominant motor, steps/s.
 struct Path {
     end: u32,
     cruise: f32,
@@ -272,13 +273,13 @@ impl<const MOTORS: usize> Running<MOTORS> {
 
     /// The way to the end of the part that runs.
     ///
-    /// The speed at the end of braking is only as exact as the high speed before it. The planned
-    /// exit speed is exact. It is used where the two differ by no more than rounding; otherwise the
-    /// difference would add up from move to move.
+    /// Braking ends at a computed speed that is only as exact as the high speed before it. The
+    /// planned exit speed is exact. Where the two speeds differ by no more than rounding, the
+    /// planned one is used, so that rounding does not add up from move to move.
     ///
-    /// Where an override asks for a lower speed than can still be reached, the corner's own limit
-    /// bounds the exit speed: the corner was planned for it.
-    #[inline(never)] // twice: in firmware it is not worth a copy
+    /// An override may ask for a lower exit speed than can still be reached. Then the corner's own
+    /// limit bounds the exit speed: the plan before the override kept that limit.
+    #[inline(never)] // has two callers: in firmware a second copy is not worth its space
     fn to_end(&self, aim: Aim) -> Path {
         let per_mm = self.steps_per_mm;
         let [exit_v2, corner_v2] = [aim.exit_v2, aim.corner_v2].map(|v2| v2 * per_mm * per_mm);
@@ -303,7 +304,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// the whole step, which makes the stop gentler.
     ///
     /// A stop within a single step is made as fast as possible: at a speed near 0 the step would
-    /// take without end.
+    /// never end.
     fn stop(&self, entry_v2: f32, aim: Aim) -> Path {
         let (distance, left) = (
             self.stop_distance(entry_v2, aim),
@@ -371,7 +372,7 @@ struct Progress<const MOTORS: usize> {
     done: u32,
     /// The share of the next step event that was handed out in whole spans, 0 to below 1.
     way: f32,
-    /// The motors that have already been advanced by that step event.
+    /// The motors that have already been advanced in the next step event.
     made: MotorMask,
     /// The span that is being handed out in parts.
     parts: Option<Parts<MOTORS>>,
@@ -408,7 +409,7 @@ impl<const MOTORS: usize> Progress<MOTORS> {
         self.parts.is_none() && self.way <= 0.0
     }
 
-    /// The span ends at the share `to` of its step event: the event is over if that is all of it.
+    /// Ends the span at the share `to` of its step event. If `to` is 1, the event is over.
     fn end_span(&mut self, to: f32) {
         self.parts = None;
         if to < 1.0 {

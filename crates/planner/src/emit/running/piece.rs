@@ -12,17 +12,18 @@ use leadscrew_stepper::{Early, Interval, IntervalChange, MotorMask, Smoothing};
 /// millisecond at 300 kHz has 300 step events.)
 const MOST_EVENTS: u32 = 4000;
 
+/// By how much a motor may be too early after an override in a cruise, seconds.
+///
 /// After a step that takes `T` an override may make the next step shorter by `a·T³`. A motor that
-/// is early by a sixteenth of the first step may then be too early by a sixteenth of that
-/// difference: at most this time, seconds. Otherwise the ticks of a cruise are as fine as on a
-/// ramp.
+/// is early by a sixteenth of the first step is then too early by a sixteenth of this difference.
+/// Where that is more than this bound, the ticks of a cruise are as fine as on a ramp.
 const SURPRISE: f32 = 0.2e-6;
 
 /// The evenness to use for a cruise whose ticks have to be as fine as on a ramp: anything below 1.
 const NEARLY_EVEN: f32 = 0.99;
 
-/// The ticks of a segment, which are whole steps or a part of one, and the speeds that its power
-/// follows from. A whole `Segment` is long, and each copy of one takes 200 cycles.
+/// The ticks of a segment, which are whole steps or a part of one, and the speeds that give its
+/// power. It is not a whole `Segment`, because each copy of a `Segment` takes 200 cycles.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Piece {
     pub(super) ticks: NonZeroU16,
@@ -32,15 +33,15 @@ pub(super) struct Piece {
     pub(super) early: Early,
     pub(super) interval: Interval,
     pub(super) interval_change: IntervalChange,
-    /// Speeds in its first and in its last tick, steps/s.
+    /// Speeds in the segment's first and last tick, steps/s.
     pub(super) speeds: [f32; 2],
 }
 
-/// Steps on a ramp, halved.
+/// Some steps on a ramp, in two halves.
 struct Ramp {
-    /// The steps of the first half; half a step of a single one.
+    /// Steps in the first half; 0.5 if there is a single step.
     half: f32,
-    /// Time of the first half, and of all, seconds.
+    /// Time of the first half, and of all steps, seconds.
     first: f32,
     seconds: f32,
     /// Speed at the end, steps/s.
@@ -166,18 +167,19 @@ fn ticks(events: u32, smoothing: Smoothing) -> NonZeroU16 {
     NonZeroU16::new((events << smoothing.level()) as u16).unwrap_or(NonZeroU16::MIN)
 }
 
-/// A step event is handed out in parts if its squared speed is less than this many times the
-/// acceleration. At that limit the last 32nd of a step that brakes (half of one of its sixteen
-/// ticks) takes a 27th of the step's time. Out of rest the first 32nd takes a sixth of it.
+/// A step event is handed out in parts if the squared speed (steps²/s²) is less than this many
+/// times the acceleration (steps/s²). At that limit the last 32nd of a step that brakes (half of
+/// one of its sixteen ticks) takes a 27th of the step's time. Out of rest the first 32nd of a step
+/// takes a sixth of the step's time.
 const SUDDEN: f32 = 4.0;
 
-/// The least evenness of the step after those that are handed out in parts. In that step the speed
-/// changes by less than a sixth, or by a fourth where an override changes it one way in this step
-/// and the other way in the next.
+/// The least evenness (see `fit::smoothing`) of the first step after the steps in parts. In that
+/// step the speed changes by less than a sixth. It changes by up to a fourth if an override makes
+/// motion accelerate where it braked before, or brake where it accelerated.
 const SETTLED: f32 = 0.75;
 
-/// A step that is not sudden takes at most this many times as long as its speed at the start tells:
-/// `2/(1 + √½)`.
+/// A step that is not sudden takes at most this many times as long as at its first speed: `2/(1 +
+/// √½)`.
 const LONGER: f32 = 1.18;
 
 /// A step event is handed out in parts only if it takes at least as long as this many of the
@@ -185,21 +187,20 @@ const LONGER: f32 = 1.18;
 /// most.
 const ROOM: f32 = 16.0;
 
-/// The shortest span, steps. At 1000 s a step even this span takes longer than a segment may, and
-/// is handed out nevertheless.
+/// The shortest span, steps. If a step takes more than 1000 s, this span takes longer than a
+/// segment may, and is handed out nevertheless.
 const LEAST_WAY: f32 = 1.0 / (1 << 20) as f32;
 
 /// The most corrections of the length of a span, see [`Running::cut`].
 const CORRECTIONS: u32 = 8;
 
-/// The largest share of the rest of a step event that a span takes, unless it takes all of the
-/// rest.
+/// A span takes at most this share of the rest of a step event, or all of the rest.
 const MOST_OF_IT: f32 = 0.75;
 
 /// A span of a step event that is being handed out in parts.
 ///
-/// A step event handed out in parts: each motor steps when it is due, and the profile may change in
-/// between.
+/// In a step event that is handed out in parts, each motor steps when it is due, and the profile
+/// may change within the event.
 ///
 /// At low speeds one step takes much longer or shorter than the next. Out of rest the first quarter
 /// of a step takes half of its time. A hold or an override may change the speed of the next step.
@@ -229,14 +230,14 @@ const MOST_OF_IT: f32 = 0.75;
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Parts<const MOTORS: usize> {
-    /// When each motor is due, seconds from the span's start. `seconds` or more: not within this
-    /// span.
+    /// When each motor is due, seconds from the span's start. A motor that is not due within this
+    /// span has `seconds` or more.
     due: [f32; MOTORS],
     /// The motors that are still to be advanced in this span.
     left: MotorMask,
     /// The span's end, as a share of the step event, up to 1.
     to: f32,
-    /// Speeds at its start, at its end and in the mean, steps/s.
+    /// Speeds at the span's start, at its end and in the mean, steps/s.
     pub(super) entry: f32,
     exit: f32,
     mean: f32,

@@ -1,5 +1,5 @@
-//! What a segment tells the stepper besides its ticks: the line, the motors that are due and how
-//! early they are, power, and outputs.
+//! The parts of a segment besides its ticks: the line, the motors that are due and how early they
+//! are (see [`Early`]), power, and outputs.
 
 use super::Timing;
 use crate::config::SLOWEST;
@@ -11,8 +11,8 @@ use core::num::NonZeroU16;
 use fixed::types::U1F31;
 use leadscrew_stepper::{Early, Line, LineStart, OutputChange, Power, PowerChange, Smoothing};
 
-/// The line of the running move, as the stepper traces it: which motors are due, and how early. It
-/// has the state of the stepper's tracer at the end of the segments handed out.
+/// The line of the running move, as the stepper traces it: which motors are due, and how early.
+/// This is the state that the stepper's tracer will have at the end of the segments handed out.
 #[derive(Clone, Debug)]
 pub(super) struct Tracer<const MOTORS: usize> {
     line: Line<MOTORS>,
@@ -22,8 +22,8 @@ pub(super) struct Tracer<const MOTORS: usize> {
     announce: bool,
     /// Whether a motor steps less often than the dominant one: only then is smoothing of use.
     smooth: bool,
-    /// How early motors are: half a tick of this smoothing. Later segments may have that smoothing.
-    /// `None` where motors are not early at all.
+    /// How early motors are: half a tick of this smoothing. It may be coarser than the last
+    /// segment's smoothing (see [`Tracer::smoothing`]). `None` where motors are not early at all.
     early: Option<Smoothing>,
 }
 
@@ -50,14 +50,14 @@ impl<const MOTORS: usize> Tracer<MOTORS> {
         }
     }
 
-    /// The line, if the stepper has yet to be told of it: it begins with a segment that has this
-    /// `early`.
+    /// The line's start, if the stepper has yet to be told of the line. `early` is that of the
+    /// line's first segment.
     pub(super) fn take_start(&mut self, early: Early) -> Option<LineStart<MOTORS>> {
         let announce = core::mem::take(&mut self.announce);
         announce.then(|| LineStart::new(self.line, early))
     }
 
-    /// The earliness of motors.
+    /// How early motors are at the end of the segments handed out.
     pub(super) fn early(&self) -> Early {
         self.early.map_or(Early::NOT, Early::half_a_tick)
     }
@@ -78,8 +78,9 @@ impl<const MOTORS: usize> Tracer<MOTORS> {
         self.smooth && self.early.is_none() && !self.announce
     }
 
-    /// The smoothing of the next segment. If it is coarser than the segment before, it begins one
-    /// segment late: in that segment the motors become as early as the coarser smoothing needs.
+    /// The smoothing of the next segment. A coarser smoothing than that of the segment before
+    /// begins one segment late: the next segment keeps the finer smoothing, and in it the motors
+    /// become as early as the coarser smoothing needs.
     pub(super) fn smoothing(&mut self, interval: f32, timing: Timing, evenness: f32) -> Smoothing {
         let wanted = self.wanted(interval, timing, evenness);
         match self.early.replace(wanted) {
@@ -107,8 +108,9 @@ impl<const MOTORS: usize> Tracer<MOTORS> {
 }
 
 /// The share of the step event after `done` at which a motor is due; 1 where it is due at the end
-/// of that event or later. The motor takes `steps` in a line of `events`. Bresenham's tracer counts
-/// half a step event ahead.
+/// of that event or later. The motor takes `steps` in a line of `events`. Bresenham's counter
+/// begins half full, so a motor's step is due where its exact share is half-way between two whole
+/// numbers.
 #[inline(never)]
 fn due(steps: u32, events: u32, done: u32) -> f32 {
     let (each, full) = (2 * u64::from(steps), 2 * u64::from(events));
@@ -120,8 +122,8 @@ fn due(steps: u32, events: u32, done: u32) -> f32 {
     }
 }
 
-/// What goes along with the running move: power, outputs and line number of the next segment, and
-/// the changes of power that follow in the move.
+/// Power, outputs and line number of the running move's next segment, and the changes of power that
+/// follow in the move.
 #[derive(Clone, Debug)]
 pub(super) struct Along {
     power: MovePower,
@@ -170,12 +172,12 @@ impl Along {
         self.line_number
     }
 
-    /// Steps from the step `done` to the next pixel; without end if there is none.
+    /// Steps from the step `done` to the next pixel; `u32::MAX` if there is none.
     pub(super) fn to_next_pixel(&self, done: u32) -> u32 {
         self.next_pixel.map_or(u32::MAX, |(at, _)| at - done)
     }
 
-    /// The outputs that change with the next segment: with the first one only.
+    /// Takes the outputs that change with the next segment. Only the first segment changes any.
     pub(super) fn take_outputs(&mut self) -> OutputChange {
         core::mem::take(&mut self.outputs)
     }
@@ -186,7 +188,7 @@ impl Along {
     }
 
     /// The power of the first tick and its change from tick to tick, where the program asks for
-    /// `power`. `speeds` are those in the first and in the last tick, steps/s.
+    /// `power`. `speeds` are the speeds in the first and in the last tick, steps/s.
     pub(super) fn power_over(
         &self,
         power: MovePower,
