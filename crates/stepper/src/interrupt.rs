@@ -57,10 +57,10 @@ impl<const MOTORS: usize> StepInterrupt<MOTORS> {
         self.stepper.intervals(calls)
     }
 
-    /// Does the work of `calls` of the [`StepInterrupt::quiet_calls`]: of one at least, and of few
-    /// enough that their waits add up to less than 2³² counts. Arms no timer. The next one of
-    /// `segments` tells the power behind them. Returns the time from the first of these calls to the
-    /// last one, and the wait that the last one asks for.
+    /// Does the work of `calls` of the [`StepInterrupt::quiet_calls`]: at least one, and so few
+    /// that their waits add up to less than 2³² counts. Arms no timer. `segments` tells the power
+    /// after these calls. Returns the time from the first of these calls to the last one, and the
+    /// wait that the last one asks for.
     pub fn pass(&mut self, calls: u32, segments: &Consumer<'_, Segment<MOTORS>>) -> [Ticks; 2] {
         let to_last = self.stepper.pass(calls.saturating_sub(1));
         self.stepper.take_tick(self.power);
@@ -141,8 +141,8 @@ enum Restricted {
     Stopped,
 }
 
-/// Does the work of [`make_steps`] if a stop, a motor lock or a laser that is held off was asked
-/// for, or has just ended.
+/// Does the work of [`make_steps`] while motion is stopped, a motor is locked or the laser is held
+/// off, or when one of these has just ended.
 #[cold]
 #[inline(never)]
 fn restricted<P: StepPort, const MOTORS: usize>(
@@ -207,7 +207,7 @@ fn next_segment<P: StepPort, const MOTORS: usize>(
     } else {
         Ticks(0)
     };
-    // Where that makes the tick later, all following ticks are later by the same time.
+    // Where `least` makes the tick later, all following ticks are later by the same time.
     port.arm(interrupt.stepper.wait().max(least));
     if segment.power != interrupt.power {
         // The tick before this one looked for the next power when this segment was not there yet.
@@ -220,7 +220,7 @@ fn next_segment<P: StepPort, const MOTORS: usize>(
     make_up(shared, port);
 }
 
-/// Begins a line. Returns whether a motor reverses: then the line's directions are put out.
+/// Begins a line. Puts out the line's directions if a motor reverses. Returns whether one does.
 fn begin<P: StepPort, const MOTORS: usize>(
     interrupt: &mut StepInterrupt<MOTORS>,
     start: &LineStart<MOTORS>,

@@ -16,7 +16,7 @@
 //! level *L* there are `2^L` ticks to a step of the dominant motor, so that the other motors step
 //! within half a tick of the true line.
 //!
-//! The time of tick *k* (from 1) after the segment's start is `p·k + d·k(k−1)/2` timer ticks, with
+//! The time of tick *k* (from 1) after the segment's start is `p·k + d·k(k−1)/2` timer counts, with
 //! the first interval `p` and its change `d`: two additions a tick, no division, no float.
 //!
 //! [`on_timer`] is the whole body of the step interrupt. The board and the simulator call the same

@@ -2,8 +2,8 @@
 
 /// A change of up to eight digital outputs, one bit each. An output in neither mask stays as it is.
 ///
-/// It is a change, not a set of levels. So an output that is switched at once meanwhile (M64) keeps
-/// its level.
+/// An output that M64 switches at once while this change waits keeps its level, unless this change
+/// names the output.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct OutputChange {

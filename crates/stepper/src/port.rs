@@ -4,17 +4,20 @@ use crate::{MotorMask, OutputChange, Power, Ticks};
 
 /// Pins and timer of the step interrupt. Implemented by the board and by the simulator.
 ///
-/// All methods are called from the step interrupt, in the order in which they stand here. Each
-/// interrupt calls those that have something to change, and ends with [`StepPort::make_up`] or
-/// [`StepPort::rest`]. No method may wait or fail.
+/// All methods are called from the step interrupt, in the order in which they stand here;
+/// [`set_power`](StepPort::set_power) alone is also called by [`start`](crate::start), and after
+/// [`arm`](StepPort::arm) if a segment came late. Each interrupt calls the methods that have
+/// something to change, and ends with [`StepPort::make_up`] or [`StepPort::rest`]. No method may
+/// wait or fail.
 pub trait StepPort {
     /// Raises the step pins of `motors` at once; `motors` is never empty and names only motors of
     /// the machine. Makes sure that the pins fall again after the pulse width that is set, or
     /// later: a pulse that is still high is made longer, not shorter.
     fn step(&mut self, motors: MotorMask);
 
-    /// Sets laser or spindle power until further notice. Called right after the steps with which it
-    /// changes, at rest, and at every tick while the laser is held off.
+    /// Sets laser or spindle power until further notice. Called right after the steps with which
+    /// the power changes, at a start, at rest, and at every tick while a motor is locked or the
+    /// laser is held off.
     fn set_power(&mut self, power: Power);
 
     /// Sets the direction pins for the steps to come: the motors in `negative` turn in the negative
@@ -34,8 +37,9 @@ pub trait StepPort {
     fn change_outputs(&mut self, change: OutputChange);
 
     /// Makes the next interrupt come at once if the instant that [`StepPort::arm`] asked for has
-    /// passed without it, which a timer that compares for equality misses. Returns whether it has.
-    /// Called in each interrupt that has armed the next one.
+    /// passed without an interrupt. (A timer that compares for equality misses such an instant.)
+    /// Returns whether the instant has passed. Called in each interrupt that has armed the next
+    /// one.
     fn make_up(&mut self) -> bool;
 
     /// Stops the timer: no interrupt comes until the main loop starts it again.

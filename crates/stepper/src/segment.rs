@@ -63,8 +63,8 @@ impl MotorMask {
     }
 }
 
-/// The largest number of step events of one line: the tracer's counters hold this number
-/// at the finest smoothing in 30 bits.
+/// The largest number of step events of one line. The tracer counts up to sixteen times this number
+/// (the finest smoothing) in 30 bits.
 pub const MAX_STEP_EVENTS: u32 = (1 << (30 - MAX_SMOOTHING_LEVEL)) - 1;
 
 /// A straight move as motor steps: the number and the direction of each motor's steps.
@@ -159,14 +159,15 @@ impl<const MOTORS: usize> Line<MOTORS> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LineStart<const MOTORS: usize> {
     line: Line<MOTORS>,
-    /// The distance of each motor from its first step, less 1, in the tracer's units.
+    /// The distance of each motor from its first step, less 1, in the tracer's units (see
+    /// [`Early::of`]).
     left: [u32; MOTORS],
 }
 
 impl<const MOTORS: usize> LineStart<MOTORS> {
-    /// Makes the start of `line`. The dominant motor begins a whole step before its first step, the
-    /// others half a step before theirs, less the `early` of the line's first segment. Called from
-    /// the main loop.
+    /// Makes the start of `line`. The dominant motor begins a whole step before its first step. The
+    /// others begin half a step before their first steps, less the `early` of the line's first
+    /// segment. Called from the main loop.
     pub fn new(line: Line<MOTORS>, early: Early) -> Self {
         let early = early.in_whole_events();
         let events = line.step_events.get();
@@ -189,7 +190,7 @@ impl<const MOTORS: usize> LineStart<MOTORS> {
 }
 
 /// The steps that a motor with `steps` in `events` has made after the first `taken` step events. As
-/// in the tracer, it is the whole number nearest to the motor's share half a tick later.
+/// in the tracer, this is the whole number nearest to the motor's share at a time `early` later.
 fn taken_of(steps: u32, events: NonZeroU32, taken: u32, early: Early) -> u32 {
     if steps == events.get() {
         return taken;
@@ -240,7 +241,8 @@ pub struct Segment<const MOTORS: usize> {
     pub ends_event: bool,
     /// How early motors other than the dominant one step: half a tick of `smoothing`. In the last
     /// segment before a coarser smoothing it is half a tick of the coarser smoothing, because
-    /// motors have to be that early when it begins. [`Early::of_a_part`] in parts.
+    /// motors have to be that early when the coarser smoothing begins. [`Early::of_a_part`] in
+    /// parts.
     pub early: Early,
     /// Time from the segment's start to its first tick.
     pub interval: Interval,
@@ -253,7 +255,7 @@ pub struct Segment<const MOTORS: usize> {
     /// The outputs that change at the segment's start.
     pub outputs: OutputChange,
     /// The power at rest, if motion comes to rest with this segment's last tick. `None` if another
-    /// segment has to follow; its absence is an underrun.
+    /// segment has to follow. A missing segment is then an underrun.
     pub at_rest: Option<Power>,
 }
 
@@ -293,8 +295,8 @@ pub type PowerChange = I1F31;
 
 /// Turns a [`Power`] into the compare value of a PWM timer.
 ///
-/// It is twice the timer's period. A share has 31 bits after the point, so the upper 32 bits of the
-/// product of both are the compare value: nothing has to be shifted.
+/// The scale is twice the timer's period. A share has 31 bits after the point, so the upper 32 bits
+/// of `share · scale` are the compare value: nothing has to be shifted.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PowerScale(u32);
@@ -387,8 +389,10 @@ impl Smoothing {
     }
 }
 
-/// How early motors other than the dominant one step: half a tick, so that they are early as often
-/// as late; or not at all.
+/// How early motors other than the dominant one step: half a tick, or not at all.
+///
+/// A motor can step only at a tick. A motor that is half a tick early steps at the tick nearest to
+/// its due time; otherwise it would step at the first tick after its due time.
 ///
 /// The same byte also tells whether the segment is a part of a step event. So the tick that loads a
 /// segment needs one comparison to see whether anything is unusual.
@@ -421,7 +425,7 @@ impl Early {
         }
     }
 
-    /// Whether it belongs to a part of a step event.
+    /// Whether this is the earliness of a part of a step event.
     pub const fn is_of_a_part(self) -> bool {
         self.bits & PART != 0
     }
@@ -440,8 +444,9 @@ impl Early {
         self.bits
     }
 
-    /// The distance that a motor with `steps` in the line advances in that time, in the tracer's
-    /// units: a sixteenth of a step, divided by the line's step events.
+    /// The distance that a motor with `steps` in the line advances in the time by which it is
+    /// early. The tracer's unit of distance is a sixteenth of a step, divided by the line's step
+    /// events.
     #[inline]
     pub(crate) const fn of(self, steps: u32) -> u32 {
         (steps * self.bits as u32) >> 1

@@ -69,8 +69,8 @@ impl<const MOTORS: usize> Shared<MOTORS> {
 
     /// Stops stepping before the next step (`true`), or allows it again (`false`). Any context.
     ///
-    /// While stopped, the step interrupt throws away one segment a call until the queue is empty
-    /// and then rests; the laser is off.
+    /// While stopped, each call of the step interrupt throws away one segment. When the queue is
+    /// empty the interrupt rests. The laser is off.
     pub fn set_stop(&self, stop: bool) {
         self.stop.store(stop, Ordering::Relaxed);
         self.restrict();
@@ -193,7 +193,8 @@ impl<const MOTORS: usize> Shared<MOTORS> {
         }
     }
 
-    /// Adds its `sign` (1 or -1) to the position of each motor in `stepped`. Step interrupt only.
+    /// Counts the steps of the motors in `stepped`: adds each motor's `sign` (1 or -1) to its
+    /// position. Step interrupt only.
     #[inline]
     pub(crate) fn count(&self, stepped: MotorMask, sign: &[i32; MOTORS]) {
         for (motor, (count, sign)) in self.position.iter().zip(sign).enumerate() {

@@ -39,7 +39,7 @@ const SIGN: u32 = 30;
 
 /// Turns segments into ticks.
 ///
-/// Lives in the step interrupt. `MOTORS` is 1 to 6 (8 at most).
+/// Lives in the step interrupt. `MOTORS` is 1 to [`MAX_MOTORS`](crate::MAX_MOTORS).
 #[derive(Clone, Debug)]
 pub struct Stepper<const MOTORS: usize> {
     /// The distance of each motor from its next step, less 1: the motor steps when this falls below
@@ -129,8 +129,8 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         true
     }
 
-    /// How many of the next ticks of the segment leave the power alone and step no motor, except
-    /// that the last of them may step one. After the segment's last tick the power may be another.
+    /// How many of the next ticks of the segment keep the power, up to and including the first tick
+    /// that may step a motor. After the segment's last tick the power may change.
     pub(crate) fn quiet_ticks(&self) -> u32 {
         if self.power_change != PowerChange::ZERO {
             return 0;
@@ -189,9 +189,9 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         turns
     }
 
-    /// Makes the motors other than the dominant one step as early as `early` says, which is whole.
-    /// Where that is earlier than before, a motor may be due already: it then steps at the next
-    /// tick.
+    /// Makes the motors other than the dominant one step as early as `early` says, which is without
+    /// the flag of a part. If they step earlier than before, a motor may be due already. It then
+    /// steps at the next tick.
     #[cold]
     #[inline(never)]
     fn change_early(&mut self, early: Early) {
@@ -210,8 +210,8 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
     pub(crate) fn load(&mut self, segment: &Segment<MOTORS>) {
         let shift = MAX_SMOOTHING_LEVEL - segment.smoothing.level();
         let mut increment = self.steps.map(|steps| steps << shift);
-        // The earliness of a part of a step event differs from every whole one. So one comparison is
-        // enough for most segments.
+        // `early` of a part has a flag that `self.early` never has. So one comparison is enough for
+        // most segments.
         if segment.early != self.early {
             let early = segment.early.in_whole_events();
             if early != self.early {

@@ -5,9 +5,9 @@
 //!                                     +--> the board's own StepPort: timer, power, outputs
 //! ```
 //!
-//! A step takes a motor to the next state of its table, or back to the one before. While it does
-//! not step, its lines keep their state, so that the motor holds its place. [`Windings::energise`]
-//! switches the current off, and the same state on again.
+//! A step takes a motor to the next state of its table, or back to the one before. While the motor
+//! does not step, its lines keep their state, so that it holds its place. [`Windings::energise`]
+//! switches the current off, and on again in the same state.
 
 use crate::{MotorMask, OutputChange, Power, StepPort, Ticks};
 
