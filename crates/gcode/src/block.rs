@@ -11,8 +11,9 @@ pub const DEFAULT_WORDS: usize = 32;
 
 /// The words of one line, at most `N` of them, and the marks around them.
 ///
-/// Blocks are equal when they say the same. Where their words stood does not count, nor does the
-/// checksum: it guards one spelling of a line on its way and is settled once the line is read.
+/// Blocks are equal when they have the same words and marks. The places of the words do not count.
+/// The checksum does not count either: it guards the bytes of a line on their way, and has done its
+/// work once the line is read.
 #[derive(Debug, Clone, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Block<const N: usize = DEFAULT_WORDS> {
@@ -80,7 +81,8 @@ impl<const N: usize> Block<N> {
         self.demarcation
     }
 
-    /// Answers the checksum that ended the line, if any did. It was right.
+    /// Answers the checksum that ended the line, if there was one. [`parse`] has compared it with
+    /// the line.
     pub fn checksum(&self) -> Option<u8> {
         self.checksum
     }

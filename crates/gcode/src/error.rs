@@ -8,8 +8,8 @@ use core::fmt;
 pub struct Error {
     /// The fault.
     pub kind: ErrorKind,
-    /// Where: the offset in the line, in bytes from 0. The length of the line when its end came too
-    /// soon.
+    /// The place of the fault: its offset in the line, in bytes from 0. If the line ends too soon,
+    /// the length of the line.
     pub column: usize,
 }
 
@@ -21,7 +21,7 @@ pub enum ErrorKind {
     UnexpectedByte(u8),
     /// Nothing that looks like a number follows the letter.
     MissingNumber,
-    /// A number begins and has no digit: `-`, `.`, `--1`.
+    /// A sign or a point begins a number that has no digit: `-`, `.`, `--1`.
     BadNumber,
     /// The line has more words than the [`Block`](crate::Block) has room for.
     TooManyWords,

@@ -17,17 +17,18 @@
 //! ```
 //!
 //! A gap may stand anywhere, even inside a number, and means nothing: `G0 X1 0` is `G0X10`. A blank
-//! is every byte up to 0x20 but CR and LF. Comments do not nest: inside `( )` a `;` is text, after
-//! `;` a `(` is. A `(` left open lasts to the end of the line. There are no exponents: `X1E2` is
-//! the words `X1` and `E2`. A number beyond the range of [`Number`] is read as the end of that
-//! range, [`Number::MAX`] or its negative. Whether a letter takes it is the caller's to decide.
+//! is every byte up to 0x20 but CR and LF. Comments do not nest: inside `( )` a `;` is text, and
+//! after a `;` a `(` is text. A `(` left open lasts to the end of the line. There are no exponents:
+//! `X1E2` is the words `X1` and `E2`. A number beyond the range of [`Number`] is read as the end of
+//! that range, [`Number::MAX`] or its negative. The caller decides whether a letter takes such a
+//! number.
 //!
 //! A line comes without its line end. Not even a comment swallows a CR or LF: two lines passed as
 //! one are an error, and never a silently forgotten second line.
 //!
 //! The letters, numbers and comments are those of RS274/NGC (Kramer, Proctor, Messina: "The NIST
-//! RS274/NGC Interpreter, Version 3", NISTIR 6556, section 3.3); `;` comments and checksums are
-//! custom of the machines that came after it.
+//! RS274/NGC Interpreter, Version 3", NISTIR 6556, section 3.3); `;` comments and checksums are the
+//! custom of later machines.
 //!
 //! # Two ways in
 //!

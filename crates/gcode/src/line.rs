@@ -49,7 +49,7 @@ pub fn leading_number(text: &[u8]) -> Result<(Number, &[u8]), Error> {
 /// The words of a line. Made by [`words`].
 #[derive(Debug, Clone)]
 pub struct Words<'a> {
-    /// Length of the whole line in bytes. The column is this length less that of `rest`.
+    /// Length of the whole line in bytes. The column is this length less the length of `rest`.
     length: usize,
     /// The unread part, without a gap in front of it; empty after an error.
     rest: &'a [u8],
@@ -130,8 +130,8 @@ impl ParseError<&[u8]> for Fault {
 pub(crate) fn locate(error: nom::Err<Fault>, length: usize) -> Error {
     let (kind, left) = match error {
         nom::Err::Error(fault) | nom::Err::Failure(fault) => (fault.kind, fault.left),
-        // Never answered: all parsers here are complete ones. It would mean that the line ended too
-        // soon.
+        // No parser here answers this, because all of them are complete parsers. It would mean that
+        // the line ended too soon.
         nom::Err::Incomplete(_) => (ErrorKind::MissingNumber, 0),
     };
     Error {

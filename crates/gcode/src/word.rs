@@ -125,8 +125,8 @@ impl Number {
         }
     }
 
-    /// Makes a number of a count of `unit` · 10⁻⁹. No product of two factors of 32 bits comes near
-    /// the ends of the range.
+    /// Makes a number of a count of `unit` · 10⁻⁹. The product of two factors of 32 bits is always
+    /// within the range.
     #[inline]
     pub(crate) const fn product(count: i32, unit: i32) -> Self {
         Self(count as i64 * unit as i64)
