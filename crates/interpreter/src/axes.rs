@@ -13,8 +13,8 @@ pub enum AxisKind {
     /// an axis beyond the first three may be one.
     Extruder,
     /// No axis: it has no word, no setting, and no place in reports. Only axes beyond the first
-    /// three may be absent, and the axes behind an absent one are absent, too. So a machine that is
-    /// built for four axes answers as one that is built for three.
+    /// three may be absent, and all axes after an absent one are absent, too. So a machine that is
+    /// built for four axes can answer like a machine that is built for three.
     Absent,
 }
 
@@ -29,8 +29,8 @@ impl AxisKind {
     }
 }
 
-/// Axes that are always there, and never an extruder: X, Y, Z. A machine without further axes is
-/// built without E, and does not count its axes.
+/// Axes that are always there, and never an extruder: X, Y, Z. A machine that is built for no more
+/// axes has no code for E or for absent axes.
 pub const WITHOUT_EXTRUDER: usize = 3;
 
 /// The axis of the extruder, if there is one.

@@ -109,8 +109,8 @@ impl Code {
         self.whole
     }
 
-    /// Answers who takes the axis words because of this G word. Asked before the word is known to
-    /// exist.
+    /// Answers the command that takes the axis words because of this G word. Asked before the word
+    /// is known to exist.
     pub(super) const fn claims(self, dialect: &Dialect) -> Option<AxisCommand> {
         match self.whole {
             0..=3 | 38 => Some(AxisCommand::Motion),
@@ -132,7 +132,7 @@ impl Code {
         }
     }
 
-    /// Answers the meaning of this number as a G word, on a machine built with these dialect.
+    /// Answers the meaning of this number as a G word, on a machine with this dialect.
     #[inline]
     pub(super) fn g(self, dialect: &Dialect) -> Result<GWord, Status> {
         match self.hundredths {
@@ -205,8 +205,9 @@ impl Code {
         })
     }
 
-    /// Answers the status of a fraction that means nothing: [`Status::NotWhole`] for a number that
-    /// exists and that G-code never gives a fraction, otherwise [`Status::UnsupportedCommand`].
+    /// Answers the status of a fraction that means nothing: [`Status::NotWhole`] if the number
+    /// exists without a fraction and never has one in G-code, otherwise
+    /// [`Status::UnsupportedCommand`].
     fn not_whole(self, dialect: &Dialect) -> Status {
         match self.whole {
             28 | 30 | 38 | 43 | 61 | 90 | 91 | 92 => Status::UnsupportedCommand,
@@ -220,7 +221,7 @@ impl Code {
         (self.hundredths == 0).then_some(self.whole)
     }
 
-    /// Answers the meaning of this number as an M word, on a machine built with these dialect.
+    /// Answers the meaning of this number as an M word, on a machine with this dialect.
     pub(super) fn m(self, dialect: &Dialect) -> Result<MWord, Status> {
         if self.hundredths != 0 {
             return Err(Status::NotWhole);

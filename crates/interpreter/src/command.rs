@@ -1,8 +1,8 @@
 //! Canonical commands: a line's work for the machine, in machine coordinates, with all modes
 //! resolved.
 //!
-//! The machine needs no modal state to carry them out, and a test can print them: this is the first
-//! seam for golden files.
+//! The machine needs no modal state to carry commands out. Tests print the commands and compare
+//! them with golden files.
 
 use super::cycle::holes::Cycle;
 use super::modal_state::{Coolant, Plane, ProbeKind, Rotation, Turn, WorkSystem};
@@ -27,8 +27,9 @@ pub type Commands<const AXES: usize> = Vec<Command<AXES>, MAX_COMMANDS>;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Command<const AXES: usize> {
-    /// Wait until motion has ended, then set the spindle so; a laser under M4, which is off at
-    /// rest, need not wait for another speed. Comes only with a change: see [`Spindle`].
+    /// Wait until motion has ended, then set the spindle so. (A laser under M4 is off at rest, so
+    /// another speed need not wait.) A line makes this command only if it changes the spindle: see
+    /// [`Spindle`].
     Spindle(Spindle),
     /// Wait until motion has ended, then set the coolant so.
     Coolant(Coolant),
@@ -36,9 +37,9 @@ pub enum Command<const AXES: usize> {
     ParkingControl(bool),
     /// Have an extension carry out one of its M codes.
     Own(Call),
-    /// Wait until motion has ended, then this long, s.
+    /// Wait until motion has ended, then for this time, s.
     Dwell(Number),
-    /// Wait until motion has ended, then write this to the store: it outlasts power (G10, G28.1,
+    /// Wait until motion has ended, then write this to the store, which outlasts power (G10, G28.1,
     /// G30.1).
     StoreOffset {
         /// The offset that is stored.
@@ -66,7 +67,7 @@ pub enum Command<const AXES: usize> {
         arc: ArcShape,
     },
     /// Drill or bore holes: the cycle's [`Strokes`](super::Strokes), one after the other. The
-    /// target is where it ends.
+    /// target is where the cycle ends.
     Cycle {
         /// Where to, how fast in the material.
         travel: Travel<AXES>,
@@ -84,7 +85,7 @@ pub enum Command<const AXES: usize> {
     /// Wait until motion has ended, then hold until resumed (M0).
     Pause,
     /// Wait until motion has ended, then switch spindle and coolant off, set all overrides to 100 %
-    /// and say so (M2, M30).
+    /// and report the end (M2, M30).
     ProgramEnd,
 }
 
@@ -110,8 +111,8 @@ pub enum Feed {
     Rapid,
     /// mm/min along the path, above zero.
     PerMinute(Number),
-    /// The whole motion takes one minute divided by this, above zero; for an arc, all its chords
-    /// together.
+    /// The whole motion takes one minute divided by this number, which is above zero. For an arc,
+    /// all chords together take this time.
     InverseTime(Number),
 }
 
@@ -139,7 +140,8 @@ pub struct Spindle {
 pub struct ArcShape {
     /// The plane in which it turns; the other axes move along evenly.
     pub plane: Plane,
-    /// Which way. Where the target is the start in the plane, it is a full circle.
+    /// Which way. Where target and start have the same place in the plane, the arc is a full
+    /// circle.
     pub turn: Turn,
     /// From the start to the centre, along the two axes of [`Plane::axes`].
     pub centre: [Coordinate; 2],

@@ -16,11 +16,11 @@ pub struct Context<'a, const AXES: usize> {
     pub dialect: &'a Dialect,
     /// `$32`: spindle words are laser words.
     pub laser_mode: bool,
-    /// `$20`: a target beyond `reach` is replaced by one just beyond it. That lies outside every
-    /// travel, so that the answer is an alarm, as in Grbl. Without soft limits a target beyond
-    /// `reach` is refused.
+    /// `$20`. With soft limits a target beyond `reach` is replaced by a target just beyond `reach`.
+    /// This target lies outside every travel, so the machine answers with an alarm, as Grbl does.
+    /// Without soft limits a target beyond `reach` is refused.
     pub soft_limits: bool,
-    /// The farthest machine coordinate to either side, by axis, that steps can count. Half the
+    /// For each axis the farthest machine coordinate to either side that steps can count. Half the
     /// range of `i32` divided by the steps per mm keeps every move countable, too. At most
     /// [`MAX_WORD`](super::MAX_WORD).
     pub reach: &'a [Coordinate; AXES],
@@ -57,7 +57,8 @@ impl Dialect {
     };
 }
 
-/// Answers the length of a tool, or of the one in the spindle: `None` where there is no such tool.
+/// Answers the length of the tool with this number, or for `None` the length of the tool in the
+/// spindle. The answer is `None` where there is no such tool.
 type LengthOf<'a> = dyn Fn(Option<u8>) -> Option<Coordinate> + 'a;
 
 /// The lengths of tools, if the machine has a table of them.
@@ -73,7 +74,7 @@ impl<'a> ToolTable<'a> {
         Self(Some(length))
     }
 
-    /// The length of a tool, or of the one in the spindle.
+    /// The length of the tool with this number, or for `None` of the tool in the spindle.
     pub(super) fn length(self, tool: Option<u8>) -> Option<Coordinate> {
         self.0.and_then(|length| length(tool))
     }
@@ -85,7 +86,7 @@ impl fmt::Debug for ToolTable<'_> {
     }
 }
 
-/// The M codes of an extension, and the one that a line has.
+/// The M codes of an extension, and the M code that the present line has.
 pub struct Own<'a> {
     find: &'a dyn Fn(u8) -> Option<MCode>,
     check: &'a dyn Fn(&Call) -> Result<(), Status>,
@@ -136,7 +137,7 @@ impl<'a> OwnCodes<'a> {
     /// Whether the M code that was noted last may be carried out.
     ///
     /// # Errors
-    /// The answer to the line.
+    /// The status with which the line is refused.
     pub(super) fn check(self) -> Result<(), Status> {
         match self.0.and_then(|own| Some((own, own.found.get()?))) {
             Some((own, (_, call))) => (own.check)(&call),

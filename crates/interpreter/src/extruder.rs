@@ -5,7 +5,7 @@
 //!   M83  E is a way from where the axis is      G91  M83 too
 //! ```
 //!
-//! A machine with three axes has none, and is built without this.
+//! A machine with three axes has no extruder, and is built without this code.
 
 use super::code::Code;
 use super::code::Group;
@@ -22,7 +22,7 @@ impl<const AXES: usize> Context<'_, AXES> {
         axes::extruder(self.axes)
     }
 
-    /// How E counts from M82 or M83 on, where there is an extruder.
+    /// How E counts after this code, if it is M82 or M83 and there is an extruder.
     pub(super) fn extrusion(&self, code: Code) -> Option<Distance> {
         if AXES <= WITHOUT_EXTRUDER {
             return None;
@@ -37,7 +37,7 @@ impl<const AXES: usize> Context<'_, AXES> {
 }
 
 impl<const AXES: usize> Block<AXES> {
-    /// G90 or G91. M82 or M83 on the same line wins for E.
+    /// Applies G90 or G91. For E, an M82 or M83 on the same line wins.
     pub(super) fn take_distance(&mut self, distance: Distance) {
         self.modal.distance = distance;
         if AXES > WITHOUT_EXTRUDER && !self.groups.contains(Group::Extrusion) {

@@ -1,7 +1,7 @@
 //! The interpreter reads a line, checks it, and commits it.
 //!
 //! To commit a checked line is to carry it out: state, offsets and position change, and commands
-//! come out. Nothing there can fail.
+//! come out. A commit cannot fail.
 
 use super::check::{Check, Effect, Path, Plan, Purpose};
 use super::code::Group;
@@ -53,9 +53,9 @@ impl<const AXES: usize> Interpreter<AXES> {
         self.plan(&mut Plan::new(&self.position), &block, line, context)
     }
 
-    /// Whether a line is one of those that the operator may send while a program's line is put
-    /// aside: probing, G10 L1 and L20, tool length, and words of modes. A line with a fault is one,
-    /// too: it is answered with its error.
+    /// Whether the operator may send this line while a line of the program is put aside. It may
+    /// have probing, G4, G10 L1 and L20, tool length, and G words of modes. A line with a fault may
+    /// be sent too: it is answered with its error.
     pub fn serves_operator(&self, line: &[u8], context: &Context<'_, AXES>) -> bool {
         let mut block = self.block(context);
         match block.read(line, context, &self.modal) {
@@ -88,8 +88,8 @@ impl<const AXES: usize> Interpreter<AXES> {
 }
 
 impl<const AXES: usize> Interpreter<AXES> {
-    /// Carries a line out, in GRBL's order: feed, speed, tool, spindle, coolant, parking, dwell,
-    /// modes, offsets, motion, end of the program.
+    /// Carries a line out, in GRBL's order: feed, speed, tool, spindle, coolant, parking, an
+    /// extension's M code, dwell, modes, offsets, motion, end of the program.
     #[inline]
     fn commit(
         &mut self,
@@ -262,11 +262,11 @@ impl<const AXES: usize> Interpreter<AXES> {
     }
 }
 
-/// Whether the line is a spindle command.
+/// Whether the line makes a [`Command::Spindle`].
 ///
-/// A laser changes with the motion instead: only switching it on or off is a command, and S on a
-/// line without motion. Under M3 a change of the motion mode is one, too: it changes the power at
-/// rest.
+/// In laser mode the motion carries the power. Then a line makes a command if it switches the laser
+/// on or off, or if it has no motion and changes S. Under M3 a line without motion also makes one
+/// if it changes between a cutting motion mode and another, because that changes the power at rest.
 #[inline]
 fn commands_spindle(
     before: &ModalState,

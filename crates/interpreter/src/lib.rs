@@ -2,11 +2,11 @@
 //!
 //! ```text
 //!  line --words--> Block --check--> Plan --commit--> Commands
-//!                    |                |                 |
-//!             1, 2, 4, 20…25, 38   20, 22, 26…37    nothing can fail: modal state, offsets, position change
-//! ```
 //!
-//! The numbers are those of the errors that each step finds.
+//!    words:   finds errors 1, 2, 4, 20, 21, 23…25, 38
+//!    check:   finds errors 20, 22, 23, 26…38, 52, 200…202, and those of extensions
+//!    commit:  cannot fail; changes modal state, offsets and position
+//! ```
 //!
 //! Read first: Kramer, Proctor, Messina, "The NIST RS274/NGC Interpreter, Version 3" (NISTIR 6556).
 //! GRBL 1.1h decides which of its words exist, and which fault of a line is reported.

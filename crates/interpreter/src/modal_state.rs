@@ -315,8 +315,8 @@ pub struct ModalState {
     pub plane: Plane,
     /// Absolute or incremental.
     pub distance: Distance,
-    /// M82 or M83: how E counts; `None` where it counts as the other axes do. G90 and G91 set it to
-    /// `None`.
+    /// M82 or M83: how E counts; `None` where E counts as the other axes do. G90 and G91 set this
+    /// to `None`.
     pub extrusion: Option<Distance>,
     /// The meaning of F.
     pub feed_mode: FeedMode,
@@ -362,7 +362,8 @@ impl Default for ModalState {
 }
 
 impl ModalState {
-    /// Answers the state after M2 or M30: units, feed, speed and tool stay, motion becomes G1.
+    /// Answers the state after M2 or M30: units, feed, speed, tool and parking stay, motion becomes
+    /// G1, and all other modes are as after power-up.
     #[must_use]
     pub(super) fn after_program_end(self) -> Self {
         Self {

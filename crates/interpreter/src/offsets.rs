@@ -64,7 +64,7 @@ impl<const AXES: usize> Offsets<AXES> {
         sum
     }
 
-    /// The same sum with `tool_length` in place of the present one, if it is given.
+    /// The sum of [`Self::work_offset`], but with this `tool_length`, if one is given.
     pub(super) fn work_offset_with(
         &self,
         system: WorkSystem,
@@ -77,7 +77,7 @@ impl<const AXES: usize> Offsets<AXES> {
         sum
     }
 
-    /// Answers the sum of all offsets but G92, to which a G92 is added.
+    /// Answers the sum of all offsets in force except G92.
     pub(super) fn without_g92(&self, system: WorkSystem) -> [Coordinate; AXES] {
         let mut sum = *self.system(system);
         if let Some(sum) = sum.get_mut(TOOL_AXIS) {
@@ -86,7 +86,7 @@ impl<const AXES: usize> Offsets<AXES> {
         sum
     }
 
-    /// Answers the sum of all offsets but the origin of a system, to which such an origin is added.
+    /// Answers the sum of all offsets in force except the origin of the work coordinate system.
     pub(super) fn without_system(&self) -> [Coordinate; AXES] {
         from_fn(|axis| {
             let g92 = self.g92.get(axis).copied().unwrap_or_default();

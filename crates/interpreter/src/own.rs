@@ -6,7 +6,7 @@ use leadscrew_gcode::{Letter, Number};
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct MCode {
-    /// The letters of the words that belong to it, a bit each.
+    /// The letters of the words that belong to the code, a bit each.
     letters: u32,
     /// Whether it stands alone on its line.
     alone: bool,

@@ -1,4 +1,4 @@
-//! The state that lines leave to each other.
+//! The state that one line leaves to the next.
 
 use super::command::OffsetId;
 use super::cycle::series::Series;
@@ -9,8 +9,8 @@ use leadscrew_planner::Coordinate;
 /// The state that G-code leaves from line to line: modes, offsets, and where the program has got
 /// to.
 ///
-/// Its position runs ahead of the machine: it is where the last command ends, exactly, however it
-/// was rounded to steps.
+/// Its position runs ahead of the machine: it is the exact place where the last command ends,
+/// before any rounding to steps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Interpreter<const AXES: usize> {
     pub(super) modal: ModalState,
@@ -45,12 +45,12 @@ impl<const AXES: usize> Interpreter<AXES> {
         &self.modal
     }
 
-    /// Notes the state of the valves, set by the program or the operator: `$G` follows.
+    /// Notes the state of the valves, set by the program or the operator, so that `$G` shows it.
     pub fn set_coolant(&mut self, coolant: Coolant) {
         self.modal.coolant = coolant;
     }
 
-    /// Notes that the spindle was switched off without a line: M5.
+    /// Notes that the spindle was switched off without a line, as if by M5.
     pub fn stop_spindle(&mut self) {
         self.modal.rotation = Rotation::Off;
     }
@@ -78,7 +78,7 @@ impl<const AXES: usize> Interpreter<AXES> {
         self.position = position;
     }
 
-    /// Restores modes as they were. Offsets stay, the tool length among them.
+    /// Puts the modes `modal` in force again. Offsets stay, the tool length among them.
     pub fn restore_modes(&mut self, modal: &ModalState) {
         self.modal = *modal;
         self.work_offset = self.offsets.work_offset(self.modal.system);

@@ -2,7 +2,7 @@
 
 use super::command::OffsetId;
 
-/// Who takes the axis words of a line.
+/// The command that takes the axis words of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum AxisCommand {
     /// The line has no axis words, and no command that takes any.
@@ -13,7 +13,7 @@ pub(super) enum AxisCommand {
     NonModal,
     /// G43.1.
     SetToolLength,
-    /// G49, which ignores them.
+    /// G49, which ignores the axis words.
     CancelToolLength,
 }
 

@@ -5,7 +5,7 @@ use crate::Status;
 use leadscrew_gcode::Number;
 
 /// The farthest offset, centre or radius, mm or degrees: 10⁶ m, so that no sum of offsets
-/// overflows. Offsets are limited to it, motion beyond it is refused.
+/// overflows. A larger offset becomes this offset; motion beyond it is refused.
 pub const MAX_WORD: Coordinate = Coordinate::from_nanos(1_000_000_000_000_000_000);
 
 /// Reads a length in millimetres, or an angle in degrees.

@@ -23,7 +23,7 @@ pub(super) struct Block<const AXES: usize> {
     pub(super) letters: Letters,
     /// The modal groups seen.
     pub(super) groups: Groups,
-    /// Who takes the axis words.
+    /// The command that takes the axis words.
     pub(super) axis_command: AxisCommand,
     /// The non-modal command.
     pub(super) non_modal: NonModal,
@@ -108,7 +108,7 @@ impl<const AXES: usize> Block<AXES> {
         }
     }
 
-    /// Gives M codes the words that are theirs.
+    /// Gives M codes the words that belong to them.
     fn finish_m(&mut self, context: &Context<'_, AXES>, before: &ModalState) {
         if self.groups.contains(Group::Parking) {
             self.modal.parking = !self.letters.contains(Letter::P) || self.p != Number::default();
@@ -140,7 +140,8 @@ impl<const AXES: usize> Block<AXES> {
         }
     }
 
-    /// Whether the line has nothing but probing, G10 L1 or L20, tool length and words of modes.
+    /// Whether the line has nothing but probing, G4, G10 L1 or L20, tool length and G words of
+    /// modes.
     pub(super) fn serves_operator(&self) -> bool {
         let probes = matches!(self.modal.motion, Motion::Probe(_));
         let moves = self.axis_command == AxisCommand::Motion && self.axis_mask != 0;
@@ -273,7 +274,7 @@ const MAY_NOT_BE_NEGATIVE: Letters =
 /// The largest T word (GRBL: a byte).
 const MAX_TOOL: Number = Number::from_int(255);
 
-/// The whole part of a T word. A negative one is refused elsewhere.
+/// The whole part of a T word. [`Block::take_value`] refuses a negative one.
 fn tool_number(value: Number) -> Result<u8, Status> {
     if value > MAX_TOOL {
         return Err(Status::ToolTooLarge);

@@ -33,7 +33,8 @@ pub(super) struct Drilled<const AXES: usize> {
 impl<const AXES: usize> Check<'_, AXES> {
     /// The cycle of a line; the first hole is at `first`.
     ///
-    /// Works on a copy: lent to a function, a check could not stay in registers.
+    /// Takes the check by value, because a borrowed check cannot stay in registers (see
+    /// [`super::beyond`]).
     pub(super) fn cycle(
         mut self,
         kind: CycleKind,
@@ -110,14 +111,14 @@ impl<const AXES: usize> Check<'_, AXES> {
         modal.rotation == Rotation::Off || modal.speed == Number::default()
     }
 
-    /// Takes a word, if the line has one that belongs to nothing else.
+    /// Takes a word, if the line has it and nothing else has taken it. Returns whether it does.
     fn take(&mut self, letter: Letters) -> bool {
         let there = !self.unused.and(letter).is_empty();
         self.unused = self.unused.without(letter);
         there
     }
 
-    /// The line before, if its words stay in force.
+    /// The series of the line before, if its words stay in force.
     fn kept_words(&self, kind: CycleKind) -> Option<Series> {
         let modal = &self.block.modal;
         self.state.series.filter(|last| {

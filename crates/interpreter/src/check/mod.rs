@@ -345,8 +345,9 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         }
     }
 
-    /// G28 and G30: with axis words, axes without one stay where the target is. An extruder always
-    /// stays there: G28 and G30 have no place for it.
+    /// For G28 and G30: sets `end` to `target` on each axis that the second move leaves alone. If
+    /// the line has axis words, these are the axes without one. The extruder is always one: G28 and
+    /// G30 have no place for it.
     fn keep_others(&self, end: &mut [Coordinate; AXES], target: &[Coordinate; AXES]) {
         let extruder = self.context.extruder();
         if self.block.axis_mask == 0 && extruder.is_none() {
@@ -424,8 +425,9 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
     }
 }
 
-/// The words that no M code takes. An M code that has to stand alone leaves no word but its own and
-/// `N`; where the line has words of other groups, the M word itself is left over as well.
+/// The words that no M code takes. If an M code has to stand alone, all words but its own and `N`
+/// are left over. If the line has words of other modal groups, the M word itself is left over as
+/// well.
 fn left_by_m<const AXES: usize>(
     unused: Letters,
     block: &Block<AXES>,
@@ -462,13 +464,13 @@ fn axis_letter(axis: usize) -> Letters {
 #[inline]
 fn sum_within(one: Coordinate, other: Coordinate, limit: Coordinate) -> Option<Coordinate> {
     let sum = one.nanos().checked_add(other.nanos())?;
-    let within = sum.unsigned_abs() <= limit.nanos() as u64; // which is never negative
+    let within = sum.unsigned_abs() <= limit.nanos() as u64; // a limit is never negative
     within.then_some(Coordinate::from_nanos(sum))
 }
 
 /// A target outside every travel, on the side to which the sum of two coordinates leads beyond
-/// `limit`. It takes values: a check that is lent to a function cannot stay in registers, which
-/// costs a tenth of a line's instructions.
+/// `limit`. It takes values: a check that a function borrows cannot stay in registers, which costs
+/// a tenth of a line's instructions.
 #[cold]
 fn beyond(one: Coordinate, other: Coordinate, limit: Coordinate) -> Coordinate {
     let outside = limit + Coordinate::from_nanos(1);
@@ -483,8 +485,8 @@ pub(super) fn out_of_range(axis: usize) -> Refusal {
     Refusal::words(Status::OutOfRange, axis_letter(axis))
 }
 
-/// The nearest offset that may be in force. GRBL takes any offset, but cannot move to places beyond
-/// these. Neither can this machine.
+/// The nearest offset within ±[`MAX_WORD`]. GRBL takes any offset, but cannot move to places beyond
+/// this range. Neither can this machine.
 fn storable(offset: Coordinate) -> Coordinate {
     offset.clamp(-MAX_WORD, MAX_WORD)
 }

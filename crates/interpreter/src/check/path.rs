@@ -14,7 +14,7 @@ use crate::Status;
 use leadscrew_gcode::{Letter, Number};
 
 impl<const AXES: usize> Check<'_, AXES> {
-    /// The motion of the line in the motion mode.
+    /// How the line moves to its target, by its motion mode.
     #[inline]
     pub(super) fn path(
         &mut self,

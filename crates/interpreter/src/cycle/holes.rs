@@ -15,8 +15,9 @@ pub(crate) const MOST: u16 = 10_000;
 pub struct Cycle {
     /// Which cycle.
     pub kind: CycleKind,
-    /// The series began below the R level: a tool below it goes straight up before it goes to the
-    /// first hole. Otherwise it goes up and to the hole in one move.
+    /// Whether the series began below the R level. Then a tool that is below the R level goes
+    /// straight up to it before it goes to the first hole. Otherwise the tool goes up and to the
+    /// hole in one move.
     pub lifts: bool,
     /// The plane of the holes: the tool goes along the axis across it.
     pub plane: Plane,

@@ -10,8 +10,8 @@ use leadscrew_planner::Coordinate;
 pub(crate) struct Series {
     pub(crate) kind: CycleKind,
     pub(crate) plane: Plane,
-    /// The words count from different places in G90 and G91: they are kept for lines of the same
-    /// mode alone.
+    /// G90 or G91. The words count from different places in these modes, so they are kept only for
+    /// lines of the same mode.
     pub(crate) distance: Distance,
     /// Where the tool's axis was before the series, machine coordinates: the level of G98.
     pub(crate) initial: Coordinate,

@@ -17,7 +17,7 @@ pub struct Strokes<const AXES: usize> {
     clearance: Coordinate,
     /// Where the last stroke ends.
     at: [Coordinate; AXES],
-    /// How deep this hole is.
+    /// The level that this hole has reached so far, machine coordinate.
     depth: Coordinate,
     /// Holes that come after this one.
     left: u16,
