@@ -18,8 +18,8 @@ impl Curve {
         sqrt(self.acceleration * self.radius)
     }
 
-    /// How far the ends of chords may be from the circle on each axis, mm: two units of a place in
-    /// the [`Window`](super::Window), and the rounding of `f32` (see `arc`).
+    /// How far the ends of chords may be from the circle on each axis, mm: two units of length of
+    /// the `window`, and the rounding of `f32` (see `arc`).
     pub(crate) fn rounding(self) -> f32 {
         2e-6 + 4e-7 * self.radius
     }

@@ -6,7 +6,7 @@
 //!                          the first one that waits: the turn at its start is asked for
 //! ```
 //!
-//! `turn` finds the turns.
+//! `turn` finds the turns between the pieces.
 
 use super::probe::Probe;
 use crate::real::{min, norm2, sqrt};

@@ -95,8 +95,9 @@ where
     /// By how much the squared speed at a piece's start may exceed `v2`, if the piece ends at `v2`
     /// or slower. `end` and `start` are the curvatures there.
     ///
-    /// A piece that ends at `v2` exceeds it by `gain`. A slower end may allow a faster start. It is
-    /// looked for only while the squared speed at the start is below `enough`.
+    /// If the piece ends at `v2`, its start exceeds `v2` by `gain`. A slower end may allow a faster
+    /// start. Such an end is looked for only if the start would be below the squared speed
+    /// `enough`.
     #[inline(never)] // in two places it would take 0.1 KB more of a firmware
     fn best(
         &self,
