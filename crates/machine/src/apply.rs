@@ -28,8 +28,8 @@ where
         let config = planner_config(settings, &self.config, MOTORS);
         let pacing = pacing(settings, laser);
         let scale = self.motion.config().steps_per_mm;
-        // The table takes no value that the planner refuses: a test in `settings/derived.rs` checks
-        // each setting.
+        // The table takes no value that the planner refuses: a test in `derived.rs` checks each
+        // setting.
         let _sound = self.motion.configure(config, pacing);
         if self.motion.config().steps_per_mm != scale {
             // The counted steps stay the same, but they now stand for another position.
@@ -58,7 +58,7 @@ where
         counts(wait_ns, self.config.timer_hz)
     }
 
-    /// The settings of switches.
+    /// The configuration of the switch inputs, from settings and build.
     pub(crate) fn input_config(&self) -> InputConfig {
         InputConfig {
             limits_invert: self.settings.is_on(Setting::LimitInvert),

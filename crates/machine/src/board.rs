@@ -36,8 +36,8 @@ impl fmt::Display for ChannelId {
 /// Electrical levels of all switches at one instant. Inputs are pulled up: `true` is high, an open
 /// switch.
 ///
-/// What is *active* follows from the settings (`$5`, `$6`) and the machine's configuration; the
-/// board need not know.
+/// Which level is *active* follows from the settings (`$5`, `$6`) and the machine's configuration;
+/// the board need not know it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Switches {
@@ -143,8 +143,9 @@ pub trait Board {
     /// new direction waits for its end.
     fn configure(&mut self, port: &PortConfig);
 
-    /// Why the board can move nothing, for as long as it runs: the operator is told, and nothing
-    /// unlocks the machine. A board that knows its pins has no reason.
+    /// The reason why the board can move nothing, if there is one. It holds as long as the board
+    /// runs: the operator is told, and nothing unlocks the machine. A board that knows its pins has
+    /// no such reason.
     fn locked(&self) -> Option<&'static str> {
         None
     }
@@ -153,14 +154,14 @@ pub trait Board {
     const TAKES_RECORD: bool = false;
 
     /// Takes the text of a line after `$B=`: a part of the board's description, or its end where
-    /// there is none. At rest only. It may write a flash, for a few ms. Answers a message for the
-    /// operator, too.
+    /// there is none. At rest only. It may write a flash, for a few ms. Returns the answer to the
+    /// line, and a message for the operator if there is one.
     fn take_record(&mut self, _: &[u8]) -> (Result<(), Status>, Option<&'static str>) {
         (Err(Status::InvalidStatement), None)
     }
 
-    /// The one to whom the machine explains the job: a simulator that draws it or tells why it
-    /// slows down. A controller has none.
+    /// The listener to whom the machine explains the job: a part of a simulator that draws the job,
+    /// or tells why it slows down. A controller has none.
     fn explainer(&mut self) -> Option<&mut dyn Explain> {
         None
     }

@@ -71,7 +71,7 @@ pub const CHANNELS: usize = 4;
 /// acts after this time at most.
 pub const COMMITTED: Duration = Duration::from_ticks(2_000);
 
-/// Axes that home together, one bit an axis.
+/// A set of axes, one bit for each axis.
 pub type AxisMask = u8;
 
 /// How the spindle axis gets out of the way while the door is open.
@@ -104,7 +104,7 @@ impl ParkingConfig {
 /// How far the two switches of an axis with two motors may be apart when it is squared while
 /// homing.
 ///
-/// The kinematics say which axis that is: a [`leadscrew_planner::Ganged`].
+/// The kinematics say which axis has two motors: see [`leadscrew_planner::Ganged`].
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Squaring {
@@ -221,7 +221,7 @@ pub struct MachineConfig<const AXES: usize> {
     pub receive_size: u16,
     /// Characters that a line may have after filtering.
     pub line_length: usize,
-    /// Where a new machine's settings differ from the table's.
+    /// The settings of a new machine that differ from the defaults of the settings' table.
     pub defaults: &'static [Entry],
     /// Axes that home together, in the order in which they home; 0 for the rest.
     pub homing_cycles: [AxisMask; 4],
@@ -233,11 +233,12 @@ pub struct MachineConfig<const AXES: usize> {
     pub squaring: Squaring,
     /// The rules of limit switches beyond Grbl's.
     pub rules: SwitchRules,
-    /// Bits of `$10` that ask for something; the others are kept and change nothing, as in Grbl.
+    /// Bits of `$10` that have an effect; the others are kept and change nothing, as in Grbl.
     pub report_bits: u8,
     /// Options that Grbl chooses when it is compiled.
     pub options: Options,
-    /// The words of its programs that not every machine knows. With `mist` it has that valve.
+    /// The words of programs that not every machine knows. With `mist` the machine has a mist
+    /// valve.
     pub dialect: Dialect,
 }
 
@@ -285,8 +286,8 @@ impl<const AXES: usize> MachineConfig<AXES> {
         }
     }
 
-    /// The context of its lines with the M codes of `own`, without a tool table. For `reach` see
-    /// [`Context::reach`].
+    /// The context in which the machine's lines are interpreted: with the M codes of `own`, without
+    /// a tool table. For `reach` see [`Context::reach`].
     pub fn context<'a>(
         &'a self,
         settings: &Settings<AXES>,

@@ -42,7 +42,7 @@ pub(crate) fn planner_config<const AXES: usize>(
         arc_tolerance: settings.value(Setting::ArcTolerance).to_f32(),
         timer_hz: config.timer_hz,
         shortest_tick,
-        longest_segment: 0.0, // the caller that hands segments on sets it
+        longest_segment: 0.0, // `Motion` sets it
         moves: config.moves,
         pixels: config.pixels,
     }
@@ -62,10 +62,10 @@ pub(crate) fn pacing<const AXES: usize>(settings: &Settings<AXES>, laser: bool) 
     }
 }
 
-/// Counts of the step timer in a time, rounded up.
+/// Counts of the step timer in `ns` nanoseconds, rounded up.
 pub(crate) fn counts(ns: u32, timer_hz: u32) -> Ticks {
     let counts = u64::from(ns) * u64::from(timer_hz);
-    Ticks(counts.div_ceil(1_000_000_000) as u32) // 356 µs at most
+    Ticks(counts.div_ceil(1_000_000_000) as u32) // fits: no caller asks for more than 356 µs
 }
 
 /// How `S` maps to power.

@@ -2,7 +2,7 @@
 
 use core::cmp::Ordering;
 
-/// The direction of the motors, and the end of its travel at which each axis stands.
+/// The direction of each motor, and the end of its travel at which each axis stands.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ends<const AXES: usize, const MOTORS: usize> {
     /// Steps counted at the last look.

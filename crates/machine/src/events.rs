@@ -15,8 +15,8 @@ use leadscrew_planner::Kinematics;
 /// Realtime commands handled in one poll: bounds its time.
 const REQUESTS_A_POLL: usize = 8;
 
-/// A resume that comes this soon after a hold in motion, or after the door's sequence began, was
-/// sent in one burst with it, and is ignored.
+/// A resume within 2 ms after a hold in motion, or after the begin of the door's sequence, was sent
+/// in one burst with that command. It is ignored.
 const BURST: Duration = Duration::from_ticks(2_000);
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
@@ -199,7 +199,7 @@ where
         });
     }
 
-    /// Opens the door: after 0x84 or an edge of the door's switch.
+    /// Begins the door's sequence, after 0x84 or an edge of the door's switch.
     pub(crate) fn open_door<B: Board>(&mut self, board: &mut B, now: Instant) {
         if self.state == State::Home {
             return self.fail_homing(Alarm::HomingDoor, board, now);
@@ -309,8 +309,8 @@ where
         }
     }
 
-    /// Changes the state as motion goes on: where moves, holds and cancels end, and where segments
-    /// ran out. Main loop.
+    /// Changes the state where moves, holds or cancels have ended. Where segments ran out in
+    /// motion, raises an alarm. Main loop.
     pub(crate) fn watch_motion<B: Board>(&mut self, board: &mut B, now: Instant) {
         if self.motion.take_underrun() {
             return self.abort(Alarm::AbortedMotion, board, now);

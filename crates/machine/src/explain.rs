@@ -1,4 +1,5 @@
-//! The planning of a job, for those who explain the job: they draw it, or tell why it slows down.
+//! The planning of a job, for a listener that explains the job: it draws the job, or tells why the
+//! job slows down.
 
 use leadscrew_planner::{Coordinate, MoveKind};
 use leadscrew_stepper::Power;
@@ -31,8 +32,8 @@ pub struct PlannedMove<'a> {
     pub speed_limit: Option<f32>,
     /// The line that asked for it, counted as [`Work::lines`](crate::work::Work::lines) does.
     pub line: u32,
-    /// Signed steps of each motor in the whole planned move. Other moves of the program may be
-    /// parts of it.
+    /// Signed steps of each motor in the whole planned move. It may consist of several moves of the
+    /// program.
     pub steps: &'a [i32],
     /// Highest acceleration along the path, mm/s².
     pub acceleration: f32,

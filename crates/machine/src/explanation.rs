@@ -11,8 +11,8 @@ where
     K: Kinematics<AXES, MOTORS> + Clone,
     X: Extension<AXES>,
 {
-    /// Tells the explainer of a move that has just been queued. `path_end` is still where it
-    /// begins.
+    /// Tells the explainer of a move that has just been queued. To be called while `path_end` is
+    /// still the place where the move begins.
     pub(crate) fn explain_move<B: Board>(&self, of: &Move<AXES>, board: &mut B) {
         let (Some(explainer), Some(outline)) = (board.explainer(), self.motion.newest()) else {
             return;
@@ -32,7 +32,7 @@ where
         });
     }
 
-    /// Tells the explainer of the segments made since there were `before`.
+    /// Tells the explainer of the segments made since [`crate::work::Work::segments`] was `before`.
     pub(crate) fn explain_segments<B: Board>(&self, before: u32, board: &mut B) {
         let count = self.work.segments.wrapping_sub(before);
         if count == 0 {

@@ -1,12 +1,12 @@
 //! A limit switch that stays closed (`$21=1`), and the jogs that are still allowed.
 //!
-//! The edge stops the machine ([`crate::inputs`]). As long as the switch is closed after that,
-//! programs are refused, and of the jogs those that lead farther into it:
+//! The edge stops the machine ([`crate::inputs`]). While the switch stays closed after that,
+//! programs are refused, and so are jogs that lead farther into the switch:
 //!
 //! | the switch closed | a jog of its axis |
 //! |---|---|
 //! | while the axis moved | against that motion |
-//! | at rest, or nobody knows | either way, at `$25` at most: both ends of an axis may be on one input |
+//! | at rest, or nobody knows | either way, at `$25` at most: both ends may be on one input |
 //!
 //! Where the build says at which end the only switch of an axis stands
 //! ([`SwitchRules`](crate::config::SwitchRules)), the switch stops only motion towards that end:
@@ -31,7 +31,7 @@ where
     X: Extension<AXES>,
 {
     /// Notes the direction of each motor, and which limit switches have closed or opened. `hit`: a
-    /// limit switch has stopped the machine. Answers whether a limit switch is to stop the machine:
+    /// limit switch has stopped the machine. Returns whether a limit switch is to stop the machine:
     /// on `hit`, or where an axis moves farther into its closed switch. Main loop, at every turn,
     /// before any motion goes on.
     pub(crate) fn watch_limits<B: Board>(&mut self, hit: bool, board: &B) -> bool {
@@ -48,7 +48,7 @@ where
         hit || leads_into && !matches!(self.state, State::Home | State::Alarm(_))
     }
 
-    /// Whether a limit switch is closed that allows jogs only. At rest.
+    /// Whether a limit switch is closed, so that only jogs are allowed. At rest.
     pub(crate) fn is_at_limit<B: Board>(&mut self, board: &B) -> bool {
         if !self.settings.is_on(Setting::HardLimits) {
             return false;
@@ -94,9 +94,9 @@ where
     }
 
     /// Notes which switches are closed, and which limit switches stop no motion for now: those that
-    /// serve homing alone, and those from which their axis moves away. Answers whether an axis
-    /// moves towards its only switch, which is closed. Motion that has begun since the last turn
-    /// has no direction yet: the next turn finds its switch closed.
+    /// serve homing alone, and those from which their axis moves away. Returns whether an axis
+    /// moves towards its only switch while that switch is closed. A motion that has begun since the
+    /// last turn has no direction yet: the next turn finds it.
     pub(crate) fn look_at_limits<B: Board>(&mut self, board: &B) -> bool {
         let active = self.switches.inputs.active(&board.switches());
         let rules = &self.config.rules;

@@ -1,18 +1,18 @@
 //! Switch edges and the probe latch: the reaction to a contact at the very step of the contact.
 //!
-//! The switch interrupt calls [`Inputs::on_switches`] with the levels of all inputs. Some things
-//! cannot wait for the main loop and are done there and then:
+//! The switch interrupt calls [`Inputs::on_switches`] with the levels of all inputs. The reactions
+//! that cannot wait for the main loop are done in the interrupt, "at once":
 //!
 //! | input | armed by | at once | later, in `Machine::poll` |
 //! |---|---|---|---|
 //! | limit | `$21=1` | stepping stops, the laser's gate shuts | ALARM:1 |
-//! | limit | homing | the motor is locked | next phase once all are |
+//! | limit | homing | the motor is locked | next phase once all motors are locked |
 //! | probe | probing | the position is latched | hold, `[PRB:` |
 //! | reset | – | stepping stops, the laser's gate shuts | reset, and locked as long as it is held |
 //! | buttons | – | the edge is counted | reset, hold, start, door |
 //!
-//! Each word has one writer at a time. The motor lock changes its writer: it is the main loop,
-//! except that [`Inputs::watch_homing`] gives it to the switch interrupt. Events are counters: the
+//! Each word has one writer at a time. The writer of the motor lock is the main loop; while
+//! [`Inputs::watch_homing`] is in force it is the switch interrupt. Events are counters: the
 //! interrupt advances them, the main loop compares them with its last copy. So no compare-and-swap
 //! is needed, which a Cortex-M0 lacks.
 
@@ -27,9 +27,9 @@ use leadscrew_stepper::{MotorMask, Shared};
 pub enum ProbeWatch {
     /// Nothing: no probing under way.
     Off = 0,
-    /// That it makes contact (G38.2, G38.3).
+    /// The probe makes contact (G38.2, G38.3).
     Contact = 1,
-    /// That it loses contact (G38.4, G38.5).
+    /// The probe loses contact (G38.4, G38.5).
     Release = 2,
 }
 
@@ -171,8 +171,8 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
 
     /// Acts on the levels of all switches: stops, locks, latches, counts edges.
     ///
-    /// Called from the switch interrupt at every edge of any input, with the levels read after it.
-    /// Must not be preempted by itself. Bounded: no loop but one over the motors.
+    /// Called from the switch interrupt at every edge of any input, with the levels read after the
+    /// edge. Must not be preempted by itself. Bounded: no loop but one over the motors.
     pub fn on_switches(&self, switches: &Switches, shared: &Shared<MOTORS>) {
         self.on_switches_at(switches, shared, &shared.position());
     }
@@ -215,7 +215,7 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
         }
     }
 
-    /// The motors that are there.
+    /// The motors of axes that are present.
     fn motors(&self) -> MotorMask {
         let all = MotorMask::from_bits(((1u16 << MOTORS.min(8)) - 1) as u8);
         if MOTORS <= WITHOUT_EXTRUDER {
@@ -236,16 +236,15 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
             .store(config.hard_limits, Ordering::Release);
     }
 
-    /// Locks each of `motors` at the step at which its limit switch closes, instead of an alarm.
-    /// Without `motors` this ends. Main loop. Until it ends, only the interrupt may write the motor
-    /// lock.
+    /// From now on, locks each of `motors` at the step at which its limit switch closes, and raises
+    /// no alarm. [`MotorMask::NONE`] ends this. Until then only the switch interrupt may write the
+    /// motor lock. Main loop.
     ///
     /// A switch that is closed already has no edge: lock its motor before this, and look once more
     /// after it.
     ///
-    /// Where one of `sharing` is locked, all of them are: motors that turn for several axes
-    /// ([`leadscrew_planner::Kinematics::sharing`]), of which one alone would drag another axis
-    /// along.
+    /// `sharing`: motors that turn for several axes ([`leadscrew_planner::Kinematics::sharing`]).
+    /// Where one of them is locked, all of them are: a single one would drag another axis along.
     pub fn watch_homing(&self, motors: MotorMask, sharing: MotorMask) {
         self.sharing.store(sharing.bits(), Ordering::Relaxed);
         self.homing.store(motors.bits(), Ordering::Release);
@@ -290,7 +289,7 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
         }
     }
 
-    /// Whether a limit switch has closed that ends motion.
+    /// Whether a limit switch has closed, and ends motion.
     #[inline]
     fn is_hit(&self, active: MotorMask) -> bool {
         let before =
@@ -363,7 +362,7 @@ fn stop<const MOTORS: usize>(shared: &Shared<MOTORS>) {
     shared.set_stop(true);
 }
 
-/// `motors`, with all of `sharing` where one of `motors` is among them.
+/// `motors`; with all of `sharing` as well if any of `motors` is among them.
 pub(crate) fn with_sharing(motors: MotorMask, sharing: MotorMask) -> MotorMask {
     if sharing.without(motors) == sharing {
         motors

@@ -2,6 +2,9 @@
 //!
 //! A [`board`] lends its slow pins and its serial lines; switch interrupts report to [`inputs`].
 //! The machine's build is in [`config`]; a firmware adds to it by an [`extension`].
+//!
+//! Many functions say where they are called. "Main loop.": from the main loop only. "At rest.": no
+//! motor steps and none is about to. A *turn* is one call of [`machine::Machine::poll`].
 #![no_std]
 #![forbid(unsafe_code)]
 

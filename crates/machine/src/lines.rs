@@ -1,5 +1,5 @@
 //! Lines: taken one at a time, wherever they come from, and handed to the interpreter or to `$`
-//! commands. Each line of G-code says whose job it is.
+//! commands. The job belongs to the channel that sent the last line of G-code.
 
 use crate::activity::line::{LineKind, Origin};
 use crate::board::{Board, ChannelId, Duration, Instant};
@@ -44,7 +44,7 @@ where
         let Some(id) = self.console.read(owner, &mut self.work) else {
             return;
         };
-        // Filled in its place: to move it would cost as much as to parse it.
+        // The line is filled where it stays: moving it would take as long as parsing it.
         let mut line = Line::new();
         let Some(channel) = self.console.channel(id) else {
             return;
@@ -189,7 +189,7 @@ where
         }
     }
 
-    /// `>G20:ok`: on all channels, as nobody sent the line.
+    /// Answers a startup line (`>G20:ok`) on all channels: no channel has sent it.
     pub(crate) fn answer_startup(&mut self, index: u8, result: Result<(), Status>) {
         let line = core::str::from_utf8(self.store.memory.startup(index)).unwrap_or_default();
         match result {
@@ -211,7 +211,7 @@ where
     K: Kinematics<AXES, MOTORS> + Clone,
     X: Extension<AXES>,
 {
-    /// How long a laser stays lit at rest although its sender is silent: `$707`.
+    /// How long a laser stays lit at rest although its sender is silent: `$707`. `None`: for ever.
     pub(crate) fn patience(&self) -> Option<Duration> {
         let nanos = self.settings.value(Setting::LaserPatience).nanos();
         let micros = nanos.unsigned_abs() / 1_000;
@@ -230,8 +230,8 @@ where
         }
     }
 
-    /// The spindle for a motion. Once the sender has been silent for too long, a laser stays dark,
-    /// until a cut of a program lights it up again.
+    /// The spindle's state for a motion. Once the sender has been silent for too long, a laser
+    /// stays dark, until a cut of a program lights it up again.
     pub(crate) fn light_of(&mut self, travel: &Travel<AXES>, kind: LineKind) -> Spindle {
         if kind == LineKind::Program && travel.spindle.cutting {
             self.tool.dead_man = DeadMan::Dark;

@@ -46,7 +46,7 @@ where
         }
     }
 
-    /// Writes a row; answers the following row, if there is one.
+    /// Writes a row; returns the row that follows, or `None` after the last.
     fn write_row(&mut self, id: ChannelId, listing: Listing) -> Option<Listing> {
         match listing {
             Listing::Settings(row) => {
@@ -151,7 +151,7 @@ where
         }
     }
 
-    /// A row of `$EA`, in the same order.
+    /// A row of `$EA`: GRBL's alarms and ours, then the extension's.
     fn alarm_info(&self, row: usize) -> Option<AlarmInfo> {
         match Alarm::ALL.get(row) {
             Some(alarm) => Some((*alarm).into()),
@@ -171,7 +171,7 @@ where
             .or_else(|| Some(self.own_line(own()?)))
     }
 
-    /// A row of `$ES`, in the same order.
+    /// A row of `$ES`: GRBL's settings, then the extension's.
     fn setting_info(&self, row: usize) -> Option<SettingInfo> {
         let axes = self.settings.axis_count();
         let Some(key) = Key::at(row, axes) else {

@@ -28,8 +28,8 @@ use heapless::Vec;
 use leadscrew_planner::{ConfigError, Kinematics, PixelQueue};
 use leadscrew_stepper::Shared;
 
-/// The memory that a machine borrows: room for its moves, and the main loop's ends of everything
-/// that crosses to interrupts.
+/// The memory that a machine borrows: room for its moves, and the main loop's ends of all queues
+/// and words that it shares with interrupts.
 pub struct Links<
     'a,
     const AXES: usize,
@@ -63,7 +63,7 @@ pub struct Next {
     /// At this instant at the latest; `None`: at the next byte, switch edge or step interrupt that
     /// takes a segment.
     pub when: Option<Instant>,
-    /// `when` is nothing but the extension's regular work: no activity waits for it, only perhaps a
+    /// `when` is for the extension's regular work only. No activity waits for it, except perhaps a
     /// line ([`Machine::line_goes_on`]).
     pub is_chore: bool,
 }
@@ -174,7 +174,7 @@ where
         self.console.flush(board, &mut self.work);
         self.take_line(board, now);
         self.watch_sender(now);
-        // Whatever has come meanwhile acts on the segments that are made now.
+        // Realtime commands that have come meanwhile act on the segments that are made now.
         self.take_requests(board, now);
         self.feed(board, now);
         self.explain_segments(segments, board);
@@ -238,7 +238,8 @@ where
         &self.work
     }
 
-    /// Answers why a line was refused, and forgets it. [`Machine::poll`] refuses one line at most.
+    /// Takes the reason why the last line was refused; `None` if no line was refused since the last
+    /// call. [`Machine::poll`] refuses one line at most.
     pub fn take_fault(&mut self) -> Option<LineFault> {
         self.console.last_fault.take()
     }
@@ -308,7 +309,8 @@ where
         }
     }
 
-    /// Whether the motors are not needed in this state, whatever `$1` says.
+    /// Whether the motors are not needed in this state: their drivers go off, even if `$1` keeps
+    /// them on.
     fn is_locked(&self) -> bool {
         match self.state {
             State::Alarm(_) => true,
@@ -387,7 +389,7 @@ where
     }
 }
 
-/// The earlier of two instants, or the one that there is.
+/// The earlier of two instants, where `None` is later than any.
 fn earlier(one: Option<Instant>, other: Option<Instant>) -> Option<Instant> {
     match (one, other) {
         (Some(one), Some(other)) => Some(one.min(other)),
@@ -395,6 +397,6 @@ fn earlier(one: Option<Instant>, other: Option<Instant>) -> Option<Instant> {
     }
 }
 
-/// A deadline that has passed is reported as this much later than now, so that a caller that sleeps
-/// until it makes progress.
+/// Where a deadline has passed, the machine asks for the next poll this long after now (1 µs). So
+/// time goes on for a caller that sleeps from one deadline to the next.
 const SHORTEST_SLEEP: Duration = Duration::from_ticks(1);

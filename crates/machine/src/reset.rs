@@ -38,8 +38,8 @@ where
         self.restart(discard, board, now);
     }
 
-    /// Stops motion without a deceleration, if it has not stopped so already: motors may have lost
-    /// steps. All that is under way ends as in a reset, modes stay.
+    /// Ends everything under way with an alarm. Motion stops without a deceleration, if it has not
+    /// stopped already: motors may have lost steps. Lines and cycles end as in a reset; modes stay.
     pub(crate) fn abort<B: Board>(&mut self, alarm: Alarm, board: &mut B, now: Instant) {
         if self.state == State::Home {
             return self.fail_homing(alarm, board, now);
@@ -157,7 +157,7 @@ where
     }
 
     /// Takes the place of the motors as the end of the path, from which the program goes on.
-    #[inline(never)] // machine 004 (`examples/machines/004`) takes 712 bytes more where it is inlined
+    #[inline(never)] // inlined, machine 004 (`examples/machines/004`) takes 712 bytes more
     pub(crate) fn take_position(&mut self) {
         let position = self.motion.position();
         self.motion.path_end = position;

@@ -70,7 +70,7 @@ where
         self.settings.mask(Setting::ReportMask) & self.config.report_bits & bit != 0
     }
 
-    /// Goes on adding up the time to finish; answers whether moves are left.
+    /// Goes on adding up the time to finish; returns whether moves are left.
     fn adds_time(&mut self) -> bool {
         let mut left = self
             .console
@@ -125,7 +125,7 @@ where
         }
     }
 
-    /// The speed along the path as reports show it, mm/min: as in GRBL, none on the way to sleep.
+    /// The speed along the path as reports show it, mm/min: as in GRBL, 0 on the way to sleep.
     fn reported_feed(&self) -> f32 {
         match self.state {
             State::Sleep => 0.0,

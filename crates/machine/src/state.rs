@@ -1,17 +1,17 @@
 //! The machine's state, as `?` reports it, and the events that change it.
 //!
 //! ```text
-//!              motion begins                    0x84, door opens (any but Alarm, Check, Sleep, Home)
-//!    +------+ ---------------> +-----+ ---------------------------> +----------------+
-//!    | Idle |   motion ends    | Run |                              | Door: Stopping |
-//!    +------+ <--------------- +-----+                              |   Retracting   |
-//!     ^ ^ |      $J=  +-----+   |   ^                               |   Parked  --~--+--> Restoring --> Idle, Run
-//!     | | +---------> | Jog |   | ! | ~                             +----------------+
+//!              motion begins           0x84, door opens (not in Alarm, Check, Sleep, Home)
+//!    +------+ ---------------> +-----+ ------------> +----------------+
+//!    | Idle |   motion ends    | Run |               | Door: Stopping |
+//!    +------+ <--------------- +-----+               |   Retracting   |
+//!     ^ ^ |      $J=  +-----+   |   ^                |   Parked  --~--+--> Restoring --> Idle, Run
+//!     | | +---------> | Jog |   | ! | ~              +----------------+
 //!     | +------------ +-----+   v   |
-//!     |                  +---------------+       0x18 in motion, limits, failed cycles
-//!     +----- ~ ----------| Hold:Stopping |      any ------------------------------> Alarm -- $X --> Idle
+//!     |                  +---------------+     0x18 in motion, limits, failed cycles
+//!     +----- ~ ----------| Hold:Stopping |    any ------------------------> Alarm -- $X --> Idle
 //!                        | Hold:Complete |
-//!                        +---------------+       Home: $H; Check: $C; Sleep: $SLP, left by 0x18 only
+//!                        +---------------+     Home: $H; Check: $C; Sleep: $SLP, left by 0x18 only
 //! ```
 //!
 //! Phases are data of their state, so that none can contradict another. Each event is one method:
@@ -53,10 +53,9 @@ pub enum State {
 pub enum Jog {
     /// The jog goes on to its end.
     Moving,
-    /// The jog slows down; its rest is forgotten at rest. `then_door`: the door's sequence begins
-    /// after that.
+    /// The jog slows down. Once it stands, the rest of its way is forgotten.
     Cancelling {
-        /// Whether the safety door opened meanwhile.
+        /// Whether the safety door has opened meanwhile: then the door's sequence follows.
         then_door: bool,
     },
 }
@@ -67,7 +66,7 @@ pub enum Jog {
 pub enum Hold {
     /// Slowing down on the path (`Hold:1`).
     Stopping {
-        /// When it began.
+        /// When the hold began.
         since: Instant,
         /// The stop is due to a soft limit: ALARM:2 follows.
         then_alarm: bool,
@@ -236,16 +235,16 @@ impl State {
 /// States that are remembered.
 const STATES: usize = 16;
 
-/// How the machine came to where it is.
+/// The states that the machine has left, and its last alarm.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct History {
     /// The first poll is over.
     pub(crate) booted: bool,
     /// The last alarm since power-up.
     pub(crate) last_alarm: Option<Alarm>,
-    /// The last states, a ring.
+    /// The last states that the machine has left: a ring.
     states: [State; STATES],
-    /// States entered since power-up.
+    /// The number of states left since power-up.
     entered: usize,
 }
 

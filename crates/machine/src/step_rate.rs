@@ -10,7 +10,7 @@ use crate::settings::values::{Key, Settings};
 use crate::step_timing::StepTiming;
 use leadscrew_gcode::Number;
 
-/// Answers the largest rate of an axis (`$110` and up) that its steps/mm and `$0` allow, rounded
+/// Returns the largest rate of an axis (`$110` and up) that its steps/mm and `$0` allow, rounded
 /// down to 0.01 mm/min.
 pub fn largest_rate<const AXES: usize>(
     settings: &Settings<AXES>,
@@ -21,8 +21,11 @@ pub fn largest_rate<const AXES: usize>(
     let pulse_us = u8::try_from(settings.whole(Setting::StepPulse)).unwrap_or(u8::MAX);
     let steps = settings.get(Key::Axis(AxisSetting::StepsPerMm, axis));
     let rate = i64::from(timing.highest_rate(pulse_us, motors));
-    // Steps/s · 60 is steps/min; over steps/mm, in 10⁻⁹, and times 100 it is in 0.01 mm/min. The
-    // product is at most 5·10⁵ · 60 · 10¹¹ < 2⁶³.
+    // From steps/s and 10⁻⁹ steps/mm to 0.01 mm/min:
+    //
+    //     60 · 100 · 10⁹ · rate / steps
+    //
+    // The product is at most 60 · 10¹¹ · 5·10⁵ < 2⁶³.
     let hundredths = rate * 60 * 100 * ONE / steps.nanos().max(1);
     Capped {
         number: Key::Axis(AxisSetting::MaxRate, axis).number(),
@@ -30,7 +33,7 @@ pub fn largest_rate<const AXES: usize>(
     }
 }
 
-/// Answers the cap on the motion of an axis; `None` where its rate is not capped.
+/// Returns the cap on the rate of an axis; `None` where its rate is not capped.
 pub fn capped<const AXES: usize>(
     settings: &Settings<AXES>,
     timing: &StepTiming,
@@ -42,7 +45,8 @@ pub fn capped<const AXES: usize>(
     (rate > largest.most).then_some(largest)
 }
 
-/// Answers the values that would work instead of one that was refused for its step rate.
+/// Returns the largest value that would work in place of a value of `key` that was refused for its
+/// step rate.
 pub fn instead<const AXES: usize>(
     settings: &Settings<AXES>,
     timing: &StepTiming,
@@ -60,8 +64,8 @@ pub fn instead<const AXES: usize>(
     }
 }
 
-/// Answers the caps on motion now that `key` was changed: for its axis, or for each axis where
-/// `key` is the step pulse.
+/// Returns the caps on rates after a change of `key`: for its axis, or for each axis where `key` is
+/// the step pulse.
 pub fn capped_by<'a, const AXES: usize>(
     settings: &'a Settings<AXES>,
     timing: &'a StepTiming,

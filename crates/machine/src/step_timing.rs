@@ -11,8 +11,8 @@
 //! ```
 //!
 //! Two things bound the rate: the time that the board's interrupts take, and the pins, which must
-//! have fallen, with new directions settled, before they rise again. Motion is capped at that rate,
-//! and step smoothing keeps to it, too.
+//! have fallen, with new directions settled, before they rise again. Motion is capped at the rate
+//! that both allow. Step smoothing keeps to this rate, too.
 
 use crate::settings::values::StepLimits;
 
@@ -22,10 +22,11 @@ use crate::settings::values::StepLimits;
 pub struct StepTiming {
     /// The shortest time from one tick to the next, without the share of each motor, ns.
     pub tick_ns: u32,
-    /// The time that each motor adds to this, ns.
+    /// The time that each motor adds to `tick_ns`, ns.
     pub motor_ns: u32,
-    /// The duration of the longest tick, the one that begins a line, ns. A pulse that is to end
-    /// during this tick ends after it.
+    /// The duration of the longest tick, ns: the tick that begins a line (a
+    /// [`leadscrew_stepper::Line`], one straight move). A pulse that is to end during this tick
+    /// ends after it.
     pub line_ns: u32,
     /// The time from the instant at which a pulse is to end until its pins are low and new
     /// directions are out, ns.
@@ -55,18 +56,19 @@ impl StepTiming {
         shortest_pulse_us: 1,
     };
 
-    /// The same with tables in place of pins that are compiled in: a board that its record describes.
+    /// An STM32F407 board that its record describes: with tables in place of pins that are compiled
+    /// in.
     ///
-    /// A line: 523 cycles with the step pins on three ports. A pulse's end: 104 until the last of
-    /// the directions on three ports is written (`cargo fw-test record-interrupt`). Both are rounded
-    /// up.
+    /// A line: 523 cycles with the step pins on three ports. A pulse's end: 104 cycles until the
+    /// last of the directions on three ports is written (`cargo fw-test record-interrupt`). Both
+    /// are rounded up.
     pub const F407_RECORD: Self = Self {
         line_ns: 3_300,
         pulse_end_ns: 650,
         ..Self::F407
     };
 
-    /// The same with four motors.
+    /// As [`Self::F407_RECORD`], with four motors.
     ///
     /// A line: 564 cycles with the step pins on three ports. A tick that is a little longer ends a
     /// pulse of 3 µs as well, which takes 130 cycles more. A pulse's end: 13 cycles more than with

@@ -1,9 +1,9 @@
 //! Between the machine and its store: loads at power-up, and writes changes at rest.
 //!
-//! Lines change settings, offsets and texts in memory, and note the change; [`Machine::save`] then
-//! writes one record a call, a long one in parts, while motion rests: writing flash may stop the
-//! CPU for a while. The line that made the change is answered after that, so that its `ok` says
-//! that the change will survive a power loss.
+//! Lines change settings, offsets and texts in memory, and note the change. [`Machine::save`] then
+//! writes one record a call, a long record in parts. It writes while motion rests: writing flash
+//! may stop the CPU for a while. The line that made the change is answered after that, so its `ok`
+//! says that the change will survive a power loss.
 
 use crate::extension::Extension;
 use crate::interpreter::OffsetId;

@@ -6,7 +6,7 @@ use crate::ends::Ends;
 use crate::inputs::{ActiveSwitches, Edges, Inputs};
 use leadscrew_stepper::MotorMask;
 
-/// The switches, as far as the main loop has dealt with them.
+/// The state of the switches, as far as the main loop has dealt with them.
 pub(crate) struct SwitchWatch<'a, const AXES: usize, const MOTORS: usize> {
     pub(crate) inputs: &'a Inputs<MOTORS>,
     /// Edges that have been dealt with.

@@ -370,8 +370,8 @@ where
         })
     }
 
-    /// Whether nothing keeps the machine locked: not the board itself, nor the reset input or the
-    /// door.
+    /// Checks that nothing keeps the machine locked: neither the board itself, nor the reset input,
+    /// nor the door.
     fn allow_leaving<B: Board>(&mut self, board: &B) -> Result<(), Status> {
         if let Some(why) = board.locked() {
             self.console.message(Message::Board(why));

@@ -1,4 +1,4 @@
-//! All that outlasts power besides the settings in force, and which of it is not in the store yet.
+//! The machine's side of its store: stored texts, and the changes that are not in the store yet.
 
 use crate::interpreter::OffsetId;
 use crate::memory::Memory;
@@ -7,7 +7,7 @@ use crate::settings::record::{RecordKey, MAX_RECORDS};
 use crate::settings::store::Records;
 use crate::settings::values::{Key, MAX_AXES};
 
-/// All that outlasts power, besides the settings and offsets in force.
+/// The machine's side of its store. Settings and offsets are not here: they are in force elsewhere.
 #[derive(Debug, Default)]
 pub(crate) struct Store {
     /// Startup lines, the text of `$I`.
@@ -16,9 +16,9 @@ pub(crate) struct Store {
     pub(crate) records: Option<Records>,
     /// The changes that are not in the store yet.
     pub(crate) unsaved: Unsaved,
-    /// Not all that the line under way changed could be stored.
+    /// A change of the line under way could not be stored.
     pub(crate) failed: bool,
-    /// The store had lost something: the machine is locked until `$X`, and everybody who comes is
+    /// Stored values were lost: the machine is locked until `$X`, and each sender that connects is
     /// told why.
     pub(crate) lost: bool,
 }
@@ -52,7 +52,7 @@ impl Unsaved {
         self.own |= 1 << (index % 32);
     }
 
-    /// Takes a setting of the extension that is noted; answers its place in the extension's list.
+    /// Takes a setting of the extension that is noted; returns its place in the extension's list.
     pub(crate) fn take_own(&mut self) -> Option<usize> {
         let index = self.own.trailing_zeros();
         self.own &= self.own.wrapping_sub(1);

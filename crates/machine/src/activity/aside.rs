@@ -1,10 +1,11 @@
-//! An M code of an extension that is put aside, such as a tool change: the operator has the machine
-//! until `~`.
+//! An M code of an extension is put aside, such as a tool change: the operator has the machine
+//! until `~`. Lines that the sender has sent already are kept in the extension's memory.
 //!
 //! ```text
-//!   M6 --SetAside--> Collecting --nothing comes for 100 ms, or 300 ms--> Waiting --~--> Returning --Done--> `ok`, then the kept lines
-//!                    lines that the sender had on the way      operator's     the code goes on
-//!                    go to the extension's memory              lines
+//!   M6 --SetAside--> Collecting -------> Waiting ---~---> Returning ---Done---> `ok`, and then
+//!                    lines that the      operator's       the code goes on      the kept lines
+//!                    sender had on the   lines
+//!                    way are kept, until nothing comes for 100 ms, or for 300 ms in any case
 //! ```
 
 use super::line::Origin;
@@ -46,7 +47,7 @@ pub(crate) struct Aside {
     pub(crate) shown: Shown,
     /// The modes of the program, which the operator's lines may change.
     pub(crate) modal: ModalState,
-    /// Bytes in the extension's memory.
+    /// The number of kept bytes in the extension's memory.
     pub(crate) kept: usize,
 }
 
@@ -55,7 +56,7 @@ pub(crate) struct Aside {
 pub(crate) struct Kept {
     /// The channel that they came from.
     pub(crate) id: ChannelId,
-    /// The index of the next byte; the bytes stop before `end`.
+    /// The index of the next byte in the extension's memory. The last byte is before index `end`.
     pub(crate) next: usize,
     pub(crate) end: usize,
 }

@@ -2,13 +2,14 @@
 //!
 //! ```text
 //!  Door:2  stop --> pull out --> spindle, coolant off --> park      Door:1 / Door:0 (open / shut)
-//!  Door:3  unpark --> spindle on, 4 s --> coolant on, 1 s --> back into the work --> laser on, Run or Idle
+//!  Door:3  unpark --> spindle on, 4 s --> coolant on, 1 s --> back into the work
+//!                                                             --> laser on, Run or Idle
 //! ```
 //!
 //! The motions are left out on machines without parking or without homing (`$22`), while parking is
-//! forbidden (M56 P0), and where the spindle is already higher than the parking place. Only outputs
-//! that were on are waited for. A laser needs no wait: it comes on again with the program. `$SLP`
-//! does the same up to `park`.
+//! forbidden (M56 P0), and where the spindle is already higher than the parking place. There is no
+//! wait for an output that was off. A laser needs no wait either: it comes on again with the
+//! program. `$SLP` does the same up to `park`.
 
 use super::door_cycle::{DoorCycle, Step};
 use crate::board::{Board, Duration, Instant};
@@ -193,7 +194,7 @@ where
         let _ = self.motion.push_aside(&Move {
             target,
             feed: Feed::PerMinute(rate / 60.0),
-            // A spindle goes on turning, whatever power the move is planned with.
+            // This keeps a laser dark. A spindle does not take its power from moves.
             power: MovePower::Off,
             curve: None,
             outputs: OutputChange::NONE,

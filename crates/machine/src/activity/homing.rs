@@ -1,32 +1,35 @@
 //! `$H`: finding the limit switches, axis group by axis group.
 //!
 //! ```text
-//!  search ($25, 1.5 x travel) --contact--> pull off ($27) --> locate ($24, 5 x $27) --contact--> pull off
-//!     | no contact: ALARM:9                  | still closed: ALARM:8   | no contact: ALARM:9        |
-//!     v                                      v                         v              next group, or done
+//!  search ($25, 1.5 x travel) --contact--> pull off ($27) --> locate ($24, 5 x $27) --+
+//!     | no contact                           | still closed     | no contact          | contact
+//!     v                                      v                  v                     v
+//!  ALARM:9                                ALARM:8            ALARM:9               pull off
+//!                                                                             next group, or done
 //! ```
 //!
 //! An axis with two motors ([`crate::config::Squaring`]) is squared on the way. Each motor is
 //! locked at its own switch, and the approach is over once both are:
 //!
 //! ```text
-//!   start, skewed        first contact         second contact        second motor goes on by $702, then both back
-//!   1 --o                1 --------o|          1 --------o|          1 --------o|
-//!        \\        ->             /      ->            ‖      ->               \\
-//!   2 ----o              2 -----o    |         2 --------o|          2 ---------o|
+//!   start, skewed       first contact       second contact      2 goes on by $702, both back
+//!   1 --o               1 --------o|        1 --------o|        1 --------o|
+//!        \        ->             /    ->              |   ->              \
+//!   2 ----o             2 -----o   |        2 --------o|        2 ---------o|
 //! ```
 //!
 //! Both motors have the same count of steps at the start of each motion. So the difference of their
-//! counts is the distance by which one has gone on since the other was locked. A distance above the
-//! configured one is ALARM:10. Afterwards both count as one motor again.
+//! counts is the distance, in steps, by which one motor has gone on since the other was locked. If
+//! it is longer than the configuration allows, that is ALARM:10. Afterwards both count as one motor
+//! again.
 //!
 //! Axes that share motors (crossed belts) home one by one, whatever their group, and a contact
 //! locks all of these motors.
 //!
 //! Before each motion the switches have `$26` milliseconds to settle. The main loop locks the
 //! motors whose switch is closed already. Then it leaves the motor lock to the switch interrupt,
-//! its only writer until the approach ends. At a contact that interrupt locks the motor at that
-//! very step ([`crate::inputs`]); the group's other axes go on until they meet their switches.
+//! its only writer until the approach ends. At a contact the switch interrupt locks the motor at
+//! that very step ([`crate::inputs`]). The group's other axes go on until they meet their switches.
 //! Rates are multiplied by √n for n axes at once, so that each axis moves at the set rate.
 
 use super::switch_cycle::{LastMove, Phase, SwitchCycle, Wait};
@@ -56,8 +59,8 @@ where
     K: Kinematics<AXES, MOTORS> + Clone,
     X: Extension<AXES>,
 {
-    /// Begins to home `groups` of axes, one after the other; the line is answered at the end. A
-    /// spindle stands until the next move.
+    /// Begins to home `groups` of axes, one after the other; the line is answered at the end. The
+    /// spindle stops until the next move.
     pub(crate) fn begin_homing(&mut self, origin: Origin, groups: [AxisMask; 4], now: Instant) {
         self.enter(State::Home);
         self.stop_cutting();
@@ -133,8 +136,8 @@ where
     }
 
     /// Locks the motors whose switch is closed already, and lets the switch interrupt lock the
-    /// others. Answers whether all motors with a closed switch are locked: an edge that comes
-    /// between the two steps locks no motor. At rest.
+    /// others. Returns whether all motors with a closed switch are locked. An edge between the two
+    /// steps locks no motor: the next poll then tries again. At rest.
     fn watch_switches<B: Board>(&self, motors: MotorMask, board: &B) -> bool {
         let sharing = self.motion.sharing();
         self.switches.inputs.watch_homing(MotorMask::NONE, sharing);
@@ -209,8 +212,8 @@ where
         self.settings.mask(Setting::HomingDirection) >> axis & 1 == 1
     }
 
-    /// Ends the approach once all switches of the group have closed. Motion that ends before that
-    /// is ALARM:9. Two switches of one axis that are too far apart are ALARM:10.
+    /// Ends the approach once all switches of the group have closed. If the motion ends before
+    /// that, the alarm is ALARM:9. If two switches of one axis are too far apart, it is ALARM:10.
     fn watch_approach<B: Board>(&mut self, group: AxisMask, board: &mut B, now: Instant) {
         let lock = self.motion.shared.motor_lock();
         if self.is_skewed(group) {
@@ -317,7 +320,7 @@ where
         self.fail_homing_and_discard(alarm, Discard::Nothing, board, now);
     }
 
-    /// 0x18 while homing.
+    /// Ends homing after 0x18 or the reset button.
     pub(crate) fn reset_homing<B: Board>(&mut self, discard: Discard, board: &mut B, now: Instant) {
         self.fail_homing_and_discard(Alarm::HomingReset, discard, board, now);
     }

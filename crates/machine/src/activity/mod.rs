@@ -1,5 +1,5 @@
-//! Whatever takes longer than one [`Machine::poll`](crate::machine::Machine::poll): a value that
-//! each poll advances. No activity blocks.
+//! Activities: they take longer than one [`Machine::poll`](crate::machine::Machine::poll). Each is
+//! a value that every poll advances. No activity blocks.
 //!
 //! | activity | state | begins with |
 //! |---|---|---|
@@ -20,8 +20,8 @@ use door_cycle::DoorCycle;
 use line::Executor;
 use switch_cycle::SwitchCycle;
 
-/// The activities under way. A line may wait while the door is open; a cycle at the switches
-/// excludes both.
+/// The activities under way. A line may wait while the door is open; homing, or backing off a limit
+/// switch, excludes both.
 pub(crate) struct Activity<const AXES: usize> {
     pub(crate) line: Executor<AXES>,
     pub(crate) switch_cycle: Option<SwitchCycle>,

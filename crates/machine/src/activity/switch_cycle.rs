@@ -1,5 +1,5 @@
-//! How far the machine has come with a motion of its own at its limit switches: homing, or the way
-//! off a switch that has stopped it.
+//! The progress of a cycle at the limit switches: homing, or the way off a switch that has stopped
+//! the machine.
 
 use crate::activity::line::Origin;
 use crate::board::Instant;
@@ -35,13 +35,14 @@ impl Phase {
 /// The event for which the cycle waits.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Wait {
-    /// The switches to settle.
+    /// The end of the time in which the switches settle.
     Settled(Instant),
-    /// The motion of the phase.
+    /// The end of the phase's motion.
     Motion,
 }
 
-/// The step after all switches are found: the only one where no axis homes.
+/// The last step of a cycle, once all switches are found. On the way off a switch it is the only
+/// step.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum LastMove {
     /// Nothing.
@@ -82,7 +83,7 @@ impl SwitchCycle {
         }
     }
 
-    /// When `Machine::poll` is to look again, if it need not at once.
+    /// When the switches have settled; `None` while the phase's motion goes on.
     pub(crate) fn settles_at(&self) -> Option<Instant> {
         match self.wait {
             Wait::Settled(instant) => Some(instant),

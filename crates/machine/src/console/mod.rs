@@ -1,4 +1,4 @@
-//! The serial lines: input line by line, output, and the channel of each.
+//! The serial lines. Each is a channel: it reads its input line by line, and sends its output.
 //!
 //! An answer goes out on the channel that its line came in on, messages and alarms on all. A line
 //! is taken only once the board has taken all answers before it. So no answer is ever lost, however
@@ -50,7 +50,7 @@ pub(crate) struct Channel<'a> {
     pub(crate) jogs_cancelled: Option<Mark>,
     /// A byte has come since the last call of [`Console::take_heard`].
     heard: bool,
-    /// Lines that were kept come first: none is read from the receive queue.
+    /// Kept lines come first: no byte is read from the receive queue.
     blocked: bool,
 }
 
@@ -109,7 +109,7 @@ impl<'a> Console<'a> {
     }
 
     /// Sends a message on all channels that have room for it.
-    #[inline(never)] // as `say`
+    #[inline(never)] // as for `say`
     pub(crate) fn message(&mut self, message: Message) {
         for channel in &mut self.channels {
             channel.inbox.output.message(message);
@@ -117,7 +117,7 @@ impl<'a> Console<'a> {
     }
 
     /// Sends a line on all channels that have room for it.
-    #[inline(never)] // machine 004 (`examples/machines/004`) takes 576 bytes more where it is inlined
+    #[inline(never)] // inlined, machine 004 (`examples/machines/004`) takes 576 bytes more
     pub(crate) fn say(&mut self, line: fmt::Arguments<'_>) {
         for channel in &mut self.channels {
             channel.inbox.output.message(line);
@@ -178,8 +178,8 @@ impl<'a> Console<'a> {
         })
     }
 
-    /// Whether a byte has come from `owner`, or without an owner from anybody, since this was asked
-    /// last.
+    /// Whether a byte has come from `owner` since this was asked last; without an owner, from any
+    /// channel.
     pub(crate) fn take_heard(&mut self, owner: Option<ChannelId>) -> bool {
         let mut heard = false;
         for (id, channel) in self.channels() {

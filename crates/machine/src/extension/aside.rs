@@ -29,7 +29,8 @@ where
             )
     }
 
-    /// Puts the M code under way aside. It stands alone on its line, and motion rests.
+    /// Puts the M code under way aside. Refuses its line unless the code stands alone on the line
+    /// and motion rests.
     pub(super) fn begin_aside(&mut self, call: &Call, shown: Shown, now: Instant) -> Progress {
         let alone = self.extension.m_code(call.code);
         let fits = alone.is_some_and(|code| code.is_alone()) && self.motion.is_idle();
@@ -53,8 +54,8 @@ where
         self.wait_own(OwnWait::Turn(Some(now + SETTLE)))
     }
 
-    /// Keeps the lines that an earlier code has kept and that are not taken yet: they go to the
-    /// front of the memory, before those that come now. Returns how many bytes they have.
+    /// Goes on keeping the lines that an earlier code has kept and that are not taken yet. They go
+    /// to the front of the memory, before the lines that come now. Returns their number of bytes.
     fn keep_further(&mut self) -> usize {
         let Some(Kept { id, next, end }) = self.activity.kept.take() else {
             return 0;
@@ -114,7 +115,7 @@ where
         self.enter(State::Idle);
     }
 
-    /// `~`: gives the machine back to the program. Answers whether the operator had it.
+    /// `~`: gives the machine back to the program. Returns whether the operator had it.
     pub(crate) fn take_back<B: Board>(&mut self, board: &mut B) -> bool {
         if !self.is_aside() || self.activity.line.is_busy() || !self.motion.is_idle() {
             return false;
@@ -141,7 +142,8 @@ where
         true
     }
 
-    /// The M code that was put aside ends; the kept lines follow.
+    /// Ends the M code that was put aside; the kept lines follow. If the operator still has the
+    /// machine, returns where the code's line came from: that line still waits for its answer.
     pub(crate) fn end_aside(&mut self) -> Option<Origin> {
         if !X::IN_USE {
             return None;
@@ -167,10 +169,10 @@ where
     }
 
     /// Checks that a `$` line or a line of G-code may be obeyed: while the operator has the
-    /// machine, it has to be one for a tool change.
+    /// machine, it has to be one of the lines that serve a tool change.
     ///
     /// # Errors
-    /// The line is for something else: nothing of the program may go on.
+    /// [`Status::Locked`]: the line does not serve a tool change.
     pub(crate) fn admit(&self, line: &[u8]) -> Result<(), Status> {
         if !self.is_aside() {
             return Ok(());

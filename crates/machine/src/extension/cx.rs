@@ -14,8 +14,8 @@ pub type Comment = String<COMMENT>;
 
 /// Where an extension's lines go.
 pub trait Out {
-    /// Sends a line, without its end, to the sender whose line is carried out; to all where there
-    /// is none.
+    /// Sends a line to the sender whose line is carried out, or to all where there is no such
+    /// sender. The text comes without a line end.
     fn line(&mut self, line: fmt::Arguments<'_>);
     /// Sends `[MSG:text]` to all.
     fn message(&mut self, text: fmt::Arguments<'_>);
@@ -67,8 +67,8 @@ impl<'a, const AXES: usize> Cx<'a, AXES> {
         Self::new(now, State::Idle, (zero, zero), true, out)
     }
 
-    /// Sends a line to the sender whose line is carried out; to all from
-    /// [`Extension::poll`](super::Extension::poll).
+    /// Sends a line to the sender whose line is carried out. In
+    /// [`Extension::poll`](super::Extension::poll), sends it to all.
     pub fn line(&mut self, line: fmt::Arguments<'_>) {
         self.out.line(line);
     }

@@ -141,7 +141,7 @@ where
         self.wait_own(wait)
     }
 
-    /// Keeps the line under way; an idle machine shows `Run` meanwhile.
+    /// Makes the line under way wait; an idle machine shows `Run` meanwhile.
     pub(super) fn wait_own(&mut self, wait: OwnWait) -> Progress {
         self.activity.line.wait_own(wait);
         if self.state == State::Idle && self.motion.is_idle() {
@@ -307,7 +307,8 @@ where
         })
     }
 
-    /// Stops for an alarm of the extension, which may ask for it at every turn.
+    /// Stops the machine for an alarm of the extension, once: the extension may ask for the alarm
+    /// at every turn.
     fn stop_for<B: Board>(&mut self, alarm: Alarm, board: &mut B, now: Instant) {
         if !matches!(self.state, State::Alarm(_)) {
             self.abort(alarm, board, now);

@@ -1,5 +1,5 @@
 //! Additions of a firmware to GRBL, without a fork: M codes, settings, report fields, realtime
-//! bytes, and the pins that it owns.
+//! bytes, and pins of its own.
 //!
 //! ```text
 //!   M10 P1          m_code(10) --> perform(call) --> Step: done, again later, move there, refused
@@ -47,7 +47,7 @@ pub use own_code::OwnCode;
 ///
 /// Every method has a default, which adds nothing.
 pub trait Extension<const AXES: usize> {
-    /// Whether there is anything to ask: where not, no call is compiled. `false` for `()` alone.
+    /// Whether calls to the extension are compiled at all. `false` for `()` alone.
     const IN_USE: bool = true;
 
     /// The M code of this number, 0 to 255, if it is one of this extension's. Asked before GRBL's
@@ -126,7 +126,8 @@ pub trait Extension<const AXES: usize> {
         &mut []
     }
 
-    /// The length of a tool, or of the one in the spindle: for G43. `None`: there is no such tool.
+    /// The length of tool number `tool`, or of the tool in the spindle where `tool` is `None`: for
+    /// G43. Returns `None` where there is no such tool.
     fn tool_length(&self, tool: Option<u8>) -> Option<Coordinate> {
         let _ = tool;
         None
@@ -155,7 +156,7 @@ pub trait Extension<const AXES: usize> {
         let _ = (byte, cx);
     }
 
-    /// Learns of something that switches outputs.
+    /// Learns of an event at which outputs may have to be switched.
     fn event(&mut self, event: Event) {
         let _ = event;
     }
@@ -172,7 +173,7 @@ impl<const AXES: usize> Extension<AXES> for () {
     const IN_USE: bool = false;
 }
 
-/// The question to [`Extension::gate`]: something to which an extension may object.
+/// The question to [`Extension::gate`]: a move or an M code to which an extension may object.
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[non_exhaustive]
 pub enum Asked<'a, const AXES: usize> {
@@ -210,9 +211,9 @@ pub enum Step<const AXES: usize> {
     Wait(Option<Instant>),
     /// Ask again once all motion has ended.
     Rest,
-    /// Go straight to the target, then ask again, at every turn on the way: for an M code that
-    /// stands alone. Motion that was planned before has to have ended ([`Step::Rest`]). A laser is
-    /// dark on the way.
+    /// Go straight to the target, and ask again at every turn on the way. For an M code that stands
+    /// alone on its line. Motion that was planned before has to have ended ([`Step::Rest`]). A
+    /// laser is dark on the way.
     Move {
         /// Machine position. Outside the travel it is ALARM:2, with soft limits.
         target: [Coordinate; AXES],
@@ -222,12 +223,12 @@ pub enum Step<const AXES: usize> {
     /// Slow down on the way to a target of [`Step::Move`], forget the rest of it, and ask again at
     /// rest.
     Stop,
-    /// Put the line aside, for an M code that stands alone, at rest: spindle and coolant go off,
-    /// the line has no answer yet, and lines that its sender has sent already go to
+    /// Put the line aside. For an M code that stands alone on its line, at rest. Spindle and
+    /// coolant go off, the line has no answer yet, and lines that its sender has sent already go to
     /// [`Extension::kept`]. Until `~` the operator has the machine: `$J`, `$H`, `$X` and `$`
     /// questions, G38, G10 L1 and L20, G43.1, G49 and words of modes are obeyed, all else is
-    /// `error:9`. With `~` modes, spindle and coolant are as before, and the code is asked again;
-    /// once it is done, its line is answered and the kept lines follow.
+    /// `error:9`. After `~`, modes, spindle and coolant are as before, and the code is asked again.
+    /// Once the code is done, its line is answered and the kept lines follow.
     SetAside(Shown),
     /// The line is answered with this error; nothing else of it is carried out.
     Refuse(Status),
@@ -245,7 +246,7 @@ pub enum Shown {
 }
 
 impl Shown {
-    /// As status reports spell it.
+    /// The state as status reports spell it.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Hold => "Hold:0",
@@ -254,7 +255,7 @@ impl Shown {
     }
 }
 
-/// Something that switches outputs.
+/// An event at which outputs may have to be switched.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -267,6 +268,6 @@ pub enum Event {
     ProgramEnd,
     /// The operator has the machine from now on: [`Step::SetAside`].
     SetAside,
-    /// `~` gives it back to the program.
+    /// `~` gives the machine back to the program.
     TakesBack,
 }

@@ -1,4 +1,4 @@
-//! A number of an extension.
+//! An error or alarm number of an extension.
 
 use crate::settings::enumeration::{AlarmInfo, ErrorInfo};
 

@@ -42,7 +42,8 @@ where
     /// Changes a setting of the extension, and notes it for the store.
     ///
     /// # Errors
-    /// It is negative, out of its range, or the extension refuses it. Nothing is changed then.
+    /// The value is negative or out of its range, or the extension refuses it. Nothing is changed
+    /// then.
     pub(crate) fn set_own(&mut self, row: &Row, value: Number) -> Result<(), Status> {
         let value = checked(row.kind, value)?;
         self.extension.set(row.number, value)?;
@@ -79,14 +80,14 @@ where
     pub(crate) fn restore_own(&mut self) {
         let mut index = 0;
         while let Some(row) = self.own_setting(index) {
-            // A default is in the range of its row; where the extension refuses it, its value
-            // stays.
+            // A default is in the range of its row; where the extension refuses it, the value in
+            // force stays.
             let _refused = self.extension.set(row.number, row.default);
             index += 1;
         }
     }
 
-    /// Loads the extension's settings from the store; whether all records were sound.
+    /// Loads the extension's settings from the store; returns whether all records were sound.
     pub(crate) fn load_own<S: SettingsStore>(
         &mut self,
         records: &Records,

@@ -1,4 +1,5 @@
-//! From the moves to the step interrupt: segments are made and handed over, never too many.
+//! From the moves to the step interrupt: segments are made and handed over, but never more than
+//! 2 ms of them.
 //!
 //! A segment comes from the planner. The [`PowerRule`] gives it the power that goes out. The
 //! [`Feeder`] puts it into the stepper's queue. [`Drivers`] are enabled before the step timer is
@@ -62,7 +63,7 @@ where
         self.start.is_over(self.program.planner.len(), now)
     }
 
-    /// Commits the next segment; whether there is one.
+    /// Commits the next segment; returns whether there was one.
     fn commit(&mut self, work: &mut Work) -> bool {
         let Some(mut segment) = self.next_segment() else {
             return false;
@@ -129,8 +130,8 @@ where
     }
 }
 
-/// The rule that makes the power which goes out of the power that a segment was planned with. It
-/// acts before the segment is committed: the spindle override acts here.
+/// The rule for the power that goes out. It turns the power that a segment was planned with into
+/// the power of the committed segment. The spindle override acts here.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum PowerRule {
     /// A spindle: this power in motion and at rest, whatever the moves were planned with.
@@ -199,7 +200,7 @@ const CROWDED: Duration = Duration::from_ticks(4);
 const ROUNDED_OFF: u32 = 4;
 
 /// The main loop's end of the segment queue: hands segments to the step interrupt, no more than
-/// 2 ms of them, and starts it out of rest. Main loop.
+/// 2 ms of them, and starts the step timer out of rest. Main loop.
 ///
 /// A segment in the queue cannot be changed any more: a hold, an override or a cancel takes effect
 /// after it. The time committed is the rest of the segment under way and all segments that wait:
@@ -220,7 +221,8 @@ pub(crate) struct Feeder<'a, const MOTORS: usize> {
     durations: Deque<u32, { SEGMENTS + 1 }>,
     /// The sum of `durations`.
     committed: u32,
-    /// The instant at which the oldest of them began, or a later one: timer counts modulo 2³².
+    /// The instant at which the oldest of these segments began, or a later instant: timer counts
+    /// modulo 2³².
     since: u32,
     /// Timer counts in a microsecond, rounded down.
     counts_per_us: u32,
@@ -248,8 +250,8 @@ struct Bounds {
 }
 
 impl Bounds {
-    /// Makes the bounds for power with a lead of `lead_us` µs, below [`COMMITTED`]: segments that
-    /// wait for it are committed, too.
+    /// Makes the bounds for power with a lead of `lead_us` µs, below [`COMMITTED`]. Segments that
+    /// wait for the lead count as committed.
     fn new(lead_us: u32, counts_per_us: u32) -> Self {
         let all = (COMMITTED - UNSEEN).ticks() as u32;
         let most = match lead_us {
@@ -280,7 +282,7 @@ pub(crate) enum Hunger {
 }
 
 impl Hunger {
-    /// The instant, if it is one.
+    /// The instant of [`Hunger::At`], if this is one.
     pub(crate) fn at(self) -> Option<Instant> {
         match self {
             Self::At(at) => Some(at),
@@ -419,8 +421,8 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
     }
 }
 
-/// Counts from an instant up to `now`; 0 where it has not come yet. They are less than 2³¹ counts
-/// apart, 25 s on the F407.
+/// Timer counts from `instant` up to `now`; 0 where `instant` has not come yet. The two must be
+/// less than 2³¹ counts apart, 25 s on the F407.
 fn passed(instant: u32, now: u32) -> u32 {
     let passed = now.wrapping_sub(instant).cast_signed();
     passed.max(0).cast_unsigned()
@@ -429,8 +431,8 @@ fn passed(instant: u32, now: u32) -> u32 {
 /// `$1=255` keeps motors enabled.
 const ALWAYS: u32 = 255;
 
-/// Motor drivers: enabled before the first step, disabled some time after the last (`$1`). This
-/// says whether they are enabled, and since when they are not needed.
+/// Motor drivers: enabled before the first step, disabled some time after the last (`$1`). The
+/// value says whether they are enabled, and since when they are not needed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(crate) struct Drivers {
@@ -454,8 +456,8 @@ impl Drivers {
         self.enabled = false;
     }
 
-    /// Disables the drivers `delay_ms` after motion ended; 255 stands for never, unless `locked`:
-    /// in an alarm, and asleep, they are disabled in any case. Main loop, while at rest.
+    /// Disables the drivers `delay_ms` after motion ended; 255 stands for never. With `locked` (in
+    /// an alarm, or asleep) 255 does not keep them enabled. Main loop, while at rest.
     pub(crate) fn rest<B: Board>(
         &mut self,
         delay_ms: impl FnOnce() -> u32,

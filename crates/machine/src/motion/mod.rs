@@ -1,14 +1,15 @@
-//! All that moves: planned moves to segments, holds, stops, and where the motors are.
+//! Motion: planned moves become segments, holds and stops end motion, and steps tell where the
+//! motors are.
 //!
 //! ```text
-//!   executor --> program: Planner, Segmenter, lead of the power --+
-//!                                                                 +--> power rule --> Feeder --> step interrupt
-//!   cycles  --> aside:   Planner, Segmenter ----------------------+
-//!                (homing, parking)
+//!   executor --> program: Planner, Segmenter, PowerLead --+
+//!                                                         +--> PowerRule --> Feeder
+//!   cycles   --> aside:   Planner, Segmenter -------------+                  --> step interrupt
 //! ```
 //!
-//! There are two queues of moves. The program may be held half-way through a move, while a cycle
-//! (parking) moves the machine aside and back again with the other queue. Only one queue feeds the
+//! There are two queues of moves: one of the program, one of cycles. A cycle is a motion of the
+//! machine's own: homing, parking, or the way off a limit switch. The program may be held half-way
+//! through a move while parking moves the machine aside and back again. Only one queue feeds the
 //! step interrupt at a time.
 //!
 //! Motion out of rest waits for lines that come together ([`Start`]).
@@ -140,8 +141,8 @@ where
     /// Takes over new settings. At rest, with nothing queued.
     ///
     /// # Errors
-    /// Nothing can be planned with these settings: those in force stay. The settings' table has no
-    /// such values.
+    /// Nothing can be planned with these settings, and the old ones stay in force. The settings'
+    /// table has no such values.
     pub(crate) fn configure(
         &mut self,
         config: Config<AXES>,
@@ -220,9 +221,9 @@ where
         }
     }
 
-    /// Whether one more move of the program should be planned now: without it the queue's end may
-    /// bound the plan, or a sender that stalls as long as `$710` allows might leave it without
-    /// moves. Otherwise the line of that move waits.
+    /// Whether one more move of the program should be planned now. Without it the queue's end might
+    /// slow motion down, or the queue might run empty while the sender stalls as long as `$710`
+    /// allows. If not, the line of that move waits.
     pub(crate) fn wants_more(&self) -> bool {
         let planner = &self.program.planner;
         let ample = planner.len() >= DEPTH && self.reserve.is_exceeded(planner.waiting_micros());
@@ -244,7 +245,7 @@ where
         self.start.put_off(now);
     }
 
-    /// Whether no step is made and none is committed. A hold that was asked for is then complete.
+    /// Whether no step is made and none is committed. A hold that was asked for is complete then.
     pub(crate) fn is_at_rest(&self) -> bool {
         self.feeder.is_at_rest() && self.lead.is_empty()
     }
@@ -281,7 +282,7 @@ where
         self.release();
     }
 
-    /// Forgets all that is planned, of program and cycles. At rest after a hold, or after a stop.
+    /// Forgets all planned moves, of program and cycles. At rest after a hold, or after a stop.
     pub(crate) fn forget(&mut self) {
         self.program.planner.clear();
         self.program.segmenter.abandon();

@@ -1,4 +1,4 @@
-//! Where the motors are, and how long they have yet to go.
+//! Where the motors are, and how long the queued moves will take.
 
 use super::Motion;
 use leadscrew_planner::{Coordinate, Kinematics, TimeLeft};
@@ -32,9 +32,9 @@ where
         self.aside.planner.set_position(steps);
     }
 
-    /// Sets a second motor's position to that of its axis, where a motor lock has let them step
-    /// apart: otherwise the next move would bring back the skew that homing has taken out. Answers
-    /// the position. At rest.
+    /// Sets a second motor's position to the position of its axis, where a motor lock has let the
+    /// two step apart. Otherwise the next move would bring back the skew that homing has taken out.
+    /// Returns the positions of all motors, in steps. At rest.
     pub(super) fn gang(&mut self) -> [i32; MOTORS] {
         let counted = self.shared.position();
         let steps = self.program.planner.ganged(counted);
@@ -54,7 +54,7 @@ where
         self.program.planner.time_left(&self.program.segmenter)
     }
 
-    /// Adds up some more moves; answers whether more are left.
+    /// Adds up some more moves; returns whether more are left.
     pub(crate) fn add_time(&self, left: &mut TimeLeft) -> bool {
         self.program.planner.add_time(left)
     }

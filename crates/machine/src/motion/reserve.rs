@@ -43,8 +43,8 @@ impl Reserve {
     }
 }
 
-/// The longest that any motion takes to stop, seconds. Along a path that one axis bounds, speed and
-/// acceleration are that axis's.
+/// The longest time that any motion takes to stop, seconds. It is the time of the axis that takes
+/// longest by itself: no path of several axes takes longer.
 fn braking_time<const AXES: usize>(config: &Config<AXES>) -> f32 {
     let rates = config.max_rate.iter().zip(&config.acceleration);
     let braking = rates.fold(0.0, |longest: f32, (rate, acceleration)| {

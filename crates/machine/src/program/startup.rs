@@ -11,7 +11,7 @@ pub(crate) struct Startup {
     then: Option<Origin>,
 }
 
-/// The request of [`Startup::advance`].
+/// The action that [`Startup::advance`] asks for.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Turn {
     /// Nothing is to be done.
@@ -39,7 +39,7 @@ impl Startup {
         };
     }
 
-    /// Forgets the lines that are left to run; the line that waits for them is returned.
+    /// Forgets the startup lines that have not run yet; returns the line that waits for them.
     pub(crate) fn cancel(&mut self) -> Option<Origin> {
         self.next = None;
         self.then.take()

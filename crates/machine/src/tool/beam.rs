@@ -1,8 +1,8 @@
 //! When a laser is lit: one gate, and one rule.
 //!
 //! ```text
-//!   Machine::enter(State) --> may_burn --no--> the gate is shut: neither a tick nor the main loop puts out power
-//!                                | yes
+//!   Machine::enter(State) --> may_burn --no--> the gate is shut: neither a tick nor the main
+//!                                | yes         loop puts out power
 //!                                +--> in motion: the power of each segment
 //!                                +--> at rest: beam()
 //! ```
@@ -53,7 +53,7 @@ impl Wanted {
     }
 }
 
-/// The beam at rest: only where a program or a jog may go on.
+/// The beam at rest. It is lit only in states in which a program or a jog may go on.
 pub fn beam(state: State, wanted: Wanted, percent: u8, scale: &SpindleScale) -> Beam {
     match state {
         State::Idle | State::Run | State::Jog(Jog::Moving) => wanted.beam(percent, scale),

@@ -1,4 +1,5 @@
-//! The dead-man of a laser that is lit at rest: its sender has to be heard, or it goes dark.
+//! The dead-man's switch of a laser that is lit at rest: its sender has to be heard, or the laser
+//! goes dark.
 //!
 //! ```text
 //!            lit at rest               silent for $707
@@ -24,8 +25,8 @@ pub(crate) enum DeadMan {
 
 impl DeadMan {
     /// Looks at the laser: `lit` at rest, with nothing under way; `heard`: a byte has come from its
-    /// sender since the last look. Answers, once, whether the sender has been silent for `limit`.
-    /// Main loop, at every turn.
+    /// sender since the last look. Returns `true` once, when the sender has been silent for
+    /// `limit`. Main loop, at every turn.
     pub(crate) fn watch(
         &mut self,
         lit: bool,
@@ -46,7 +47,7 @@ impl DeadMan {
         expires
     }
 
-    /// When a laser goes dark that is lit now, should nothing be heard until then.
+    /// When the laser goes dark if nothing is heard until then; `None` if it is not lit.
     pub(crate) fn expires_at(&self, limit: impl FnOnce() -> Option<Duration>) -> Option<Instant> {
         match *self {
             Self::Lit(since) => since.checked_add_duration(limit()?),

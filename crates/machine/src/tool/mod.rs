@@ -30,7 +30,7 @@ pub use scale::SpindleScale;
 pub(crate) struct Tool {
     pub(crate) spindle: Spindle,
     pub(crate) coolant: Coolant,
-    /// The dead-man of a laser that is lit at rest.
+    /// The dead-man's switch of a laser that is lit at rest.
     pub(crate) dead_man: DeadMan,
     /// The program's last command to the spindle.
     pub(crate) told: interpreter::Spindle,
@@ -72,8 +72,8 @@ pub struct Spindle {
     percent: u8,
     /// Kept off by the door, 0x9E or an M code that is set aside, whatever is wanted.
     suspended: bool,
-    /// `Some` while it stands until the next move or spindle command: the speed that reports show
-    /// meanwhile, RPM.
+    /// `Some` while the spindle stands until the next move or spindle command: the speed that
+    /// reports show meanwhile, RPM.
     stands_at: Option<f32>,
     scale: SpindleScale,
     /// A laser stands in its place (`$32`).

@@ -17,8 +17,8 @@ pub(crate) struct ArcFeed<const AXES: usize> {
 }
 
 impl<const AXES: usize> ArcFeed<AXES> {
-    /// Makes the arc from `start`. `acceleration`: the limit of both axes of its plane, mm/s²;
-    /// `tolerance` in mm.
+    /// Makes the arc from `start`. `acceleration`: the lower limit of the two axes of its plane,
+    /// mm/s². `tolerance`: in mm.
     pub(crate) fn new(
         start: [Coordinate; AXES],
         travel: &Travel<AXES>,
@@ -52,8 +52,8 @@ impl<const AXES: usize> ArcFeed<AXES> {
         self.next = self.chords.next();
     }
 
-    /// The number of parts among which the feed is divided: in G93 the time is that of the whole
-    /// arc.
+    /// The number of chords that share the time of the feed. In G93 (inverse time) all chords do:
+    /// the time is for the whole arc. Any other feed holds for each chord: 1.
     pub(crate) fn shares(&self, feed: Feed) -> f32 {
         match feed {
             Feed::InverseTime(_) => self.chords.chords() as f32,

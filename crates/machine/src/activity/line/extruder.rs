@@ -2,7 +2,8 @@
 //! not wait for motion to end.
 //!
 //! ```text
-//!   G1 X30 Y40 E10 F3000     50 mm at 3000 mm/min: one second. The path of all four axes has 51 mm, and is planned at 3059 mm/min.
+//!   G1 X30 Y40 E10 F3000     50 mm at 3000 mm/min: one second. The path of all four axes has
+//!                            51 mm, and is planned at 3059 mm/min.
 //!   G1 E-2 F1800             no other axis moves: E moves at the feed
 //! ```
 
@@ -11,8 +12,8 @@ use crate::machine::Machine;
 use leadscrew_planner::{self as planner, Coordinate};
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X> {
-    /// The feed that the planner gets for a move to `target`. `feed` is the speed of all axes but
-    /// the extruder.
+    /// The feed that the planner gets for a move to `target`: speed along the path of all axes.
+    /// `feed` is the speed along the path without the extruder.
     pub(super) fn feed_beside_e(
         &self,
         feed: planner::Feed,

@@ -1,9 +1,9 @@
 //! The line under way: its commands, carried out one after the other as the machine can take them.
 //!
 //! ```text
-//!   line --Interpreter--> Commands --+--> next --> perform --+--> Done: the next one; after the last, `ok`
-//!                                    ^                       |
-//!                                    +---- Wait: again at the next poll
+//!   line --Interpreter--> Commands --+--> next --> perform --+--> Done: the next command,
+//!                                    ^                       |          or `ok` after the last
+//!                                    +-- at the next poll <--+ Wait
 //! ```
 //!
 //! There is one line at a time, from any sender. The [`Wait`] of a command says what it waits for:
@@ -31,7 +31,7 @@ pub(crate) enum Origin {
     Nobody,
 }
 
-/// The kind of motion that a line's moves are.
+/// Whether a line belongs to the program or is a jog.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum LineKind {
     /// G-code.
@@ -51,14 +51,13 @@ pub(crate) enum Wait<const AXES: usize> {
     Dwell(Instant),
     /// Contact of the probe, or the end of the motion.
     Probe(Probing),
-    /// That the operator resumes (M0).
+    /// The operator's resume (M0).
     Pause,
     /// The event for which an extension's M code waits.
     Own(OwnWait),
-    /// The line's change is stored. `then_restart`: the machine starts anew after the answer
-    /// (`$RST=`).
+    /// The end of storing the line's change.
     Stored {
-        /// Whether the machine starts anew.
+        /// Whether the machine starts anew after the answer (`$RST=`).
         then_restart: bool,
     },
 }
@@ -68,7 +67,7 @@ pub(crate) enum Wait<const AXES: usize> {
 pub(crate) enum OwnWait {
     /// The next turn of the main loop, at this instant at the latest.
     Turn(Option<Instant>),
-    /// That the extension lets the command begin.
+    /// The extension's permission to begin the command.
     Gate,
     /// The end of all motion.
     Rest,
@@ -79,9 +78,9 @@ pub(crate) enum OwnWait {
 /// The phase of a probing motion.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Probing {
-    /// It moves, the probe is watched.
+    /// The machine moves, and the probe is watched.
     Moving,
-    /// Contact was made, it slows down.
+    /// Contact was made, and motion slows down.
     Stopping,
 }
 
@@ -248,7 +247,7 @@ impl<const AXES: usize> Executor<AXES> {
         self.origin
     }
 
-    /// The command to carry out, and the sort of motion it is; `None` once all are carried out.
+    /// The command to carry out, and the kind of its line; `None` once all are carried out.
     fn current(&self) -> Option<(Command<AXES>, LineKind)> {
         Some((*self.commands.get(self.next)?, self.kind))
     }

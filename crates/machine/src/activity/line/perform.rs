@@ -1,4 +1,4 @@
-//! Commands carried out: each either done at once, or begun and waited for.
+//! Carries commands out: some are done at once, others are begun and waited for.
 
 use super::arc::{ArcFeed, CHORDS_A_POLL};
 use super::{LineKind, Progress, Wait};
@@ -228,7 +228,8 @@ where
                 }
                 self.explain_move(next, board);
                 self.motion.path_end = next.target;
-                // During a jog a laser burns in every motion mode; at rest the motion mode decides.
+                // While a jog moves, a laser burns in every motion mode. At rest afterwards it
+                // burns in a cutting motion mode only.
                 let cuts = !self.activity.line.is_jogging()
                     || self.program.interpreter.modal().motion.is_cutting();
                 self.want_spindle(Spindle {
@@ -369,8 +370,9 @@ where
         }
     }
 
-    /// Waits for motion to end, as GRBL does: reports subtract one offset from all positions. A
-    /// change of the extruder's offset alone (`G92 E0` in mid-job) does not wait.
+    /// Puts a work offset into effect once motion has ended, as GRBL does: reports subtract one
+    /// offset from all positions. A change of the extruder's offset alone (`G92 E0` in mid-job)
+    /// does not wait.
     fn perform_work_offset(&mut self, offset: &[Coordinate; AXES]) -> Progress {
         let moves_on = self.state == State::Check || self.is_offset_of_e(offset);
         if !moves_on && !self.is_motion_over() {
@@ -409,8 +411,8 @@ where
         Progress::Done
     }
 
-    /// Notes the spindle's state for the moves planned from now on; a spindle that stands until
-    /// then turns again.
+    /// Notes the spindle's state for the moves planned from now on. A spindle that
+    /// [`crate::tool::Spindle::stand`] has stopped turns again.
     #[inline(never)]
     pub(crate) fn want_spindle(&mut self, spindle: Spindle) {
         if spindle.rotation == Rotation::Off {
