@@ -30,8 +30,8 @@ codes! {
 }
 
 impl Alarm {
-    /// Whether only a reset leads out of it: the machine may be standing in a switch or be about to
-    /// leave its travel.
+    /// Whether only a reset leads out of this alarm: the machine may be standing in a switch or be
+    /// about to leave its travel.
     pub const fn needs_reset(self) -> bool {
         matches!(self, Self::HardLimit | Self::SoftLimit)
     }

@@ -22,12 +22,12 @@ pub enum Extra {
     Overrides,
 }
 
-/// The work offset comes in every report of this number: at rest, and while busy.
+/// The work offset comes in every n-th report. The two values of n: at rest, and while busy.
 const WORK_OFFSET_EVERY: (u8, u8) = (10, 30);
-/// The overrides come in every report of this number: at rest, and while busy.
+/// The overrides come in every n-th report. The two values of n: at rest, and while busy.
 const OVERRIDES_EVERY: (u8, u8) = (10, 20);
 
-/// Counts the reports up to the next extra; 0 is due.
+/// How many reports go before the next one with each occasional field; 0: the field is due.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Cadence {
@@ -54,7 +54,7 @@ impl Cadence {
         self.overrides = 0;
     }
 
-    /// Answers the occasional fields of the next report. `busy`: running, jogging, held, homing or
+    /// Returns the occasional fields of the next report. `busy`: running, jogging, held, homing or
     /// with an open door.
     pub fn next(&mut self, busy: bool) -> Extra {
         let every = |(rest, moving)| if busy { moving } else { rest };

@@ -1,7 +1,7 @@
 //! Exact values as the fixed decimals that go over the wire.
 //!
-//! A value is a whole count of 10⁻⁹ mm. One in the last printed digit is such a count, too, even in
-//! inches:
+//! A value is a whole count of 10⁻⁹ mm. One unit of the last printed digit is a whole count, too,
+//! even in inches:
 //!
 //! ```text
 //! 10⁻⁴ inch = 2 540 000 · 10⁻⁹ mm
@@ -62,7 +62,7 @@ impl Decimal {
         }
     }
 
-    /// `unit`: the value of one in the last digit, in 10⁻⁹.
+    /// `unit`: the value of one unit of the last printed digit, in 10⁻⁹.
     fn new(value: Number, unit: i64, places: u8) -> Self {
         let nanos = value.nanos();
         let rest = nanos % unit;
@@ -75,8 +75,8 @@ impl Decimal {
 }
 
 impl fmt::Display for Decimal {
-    /// Digit by digit, the last one first. With `{}` the longest poll that sends a list takes 800
-    /// instructions more (`cargo xtask icount`).
+    /// Writes digit by digit, the last digit first. With `{}` the longest poll that sends a list
+    /// takes 800 instructions more (`cargo xtask icount`).
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut text = [0; Self::MAX_LENGTH];
         let mut from = text.len();
@@ -105,7 +105,7 @@ impl fmt::Display for Decimal {
     }
 }
 
-/// Answers a measured value cut to thousandths, for reports; 0 for a value that is no number.
+/// Returns a measured value cut to thousandths, for reports; 0 for a value that is no number.
 pub fn from_f32(value: f32) -> Number {
     Number::from_nanos(((value * 1000.0) as i64).saturating_mul(1_000_000))
 }

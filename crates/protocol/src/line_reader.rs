@@ -1,9 +1,9 @@
 //! Bytes to lines: Grbl's filter.
 //!
-//! Dropped are bytes up to 0x20, `/` anywhere, comments in parentheses and behind `;`. Small
-//! letters become capitals. CR and LF each end a line. Comments do not nest: inside `( )` a `;` is
-//! text, behind `;` a `(` is. A `(` left open lasts to the end of the line; a `)` without a `(`
-//! stays and is the interpreter's to refuse. `$` lines are filtered alike.
+//! The filter drops bytes up to 0x20, `/` anywhere, and comments in parentheses or behind `;`.
+//! Small letters become capitals. CR and LF each end a line. Comments do not nest: inside `( )` a
+//! `;` is text, behind `;` a `(` is. A `(` left open lasts to the end of the line; a `)` without a
+//! `(` stays, and the interpreter refuses it. `$` lines are filtered in the same way.
 //!
 //! Nearly all bytes of a job are capitals, digits, `.` and `-`: they take one look-up and one
 //! store.
@@ -39,7 +39,7 @@ const KEPT: [u8; 256] = {
     kept
 };
 
-/// Answers the byte that a byte becomes outside comments: 0 for blanks, for the start of a comment,
+/// Returns the byte that a byte becomes outside comments: 0 for blanks, for the start of a comment,
 /// and for bytes that are never part of a line.
 #[inline]
 fn kept(byte: u8) -> u8 {
@@ -47,7 +47,7 @@ fn kept(byte: u8) -> u8 {
 }
 
 impl Skip {
-    /// Answers the text to pass over after this byte, which is not the end of the line.
+    /// Returns the text to pass over after this byte, which is not the end of the line.
     fn after(self, byte: u8) -> Self {
         match (self, byte) {
             (Self::Nothing, b'(') => Self::Parentheses,
@@ -106,7 +106,7 @@ impl<const CAPACITY: usize> LineReader<CAPACITY> {
         self.limit = limit;
     }
 
-    /// Takes a byte; answers whether it completed a line. Main loop.
+    /// Takes a byte; returns whether it completed a line. Main loop.
     #[inline]
     pub fn push(&mut self, byte: u8) -> bool {
         let kept = kept(byte);
@@ -121,7 +121,7 @@ impl<const CAPACITY: usize> LineReader<CAPACITY> {
         }
     }
 
-    /// Answers the line as far as it has come.
+    /// Returns the line as far as it has come.
     ///
     /// # Errors
     ///
@@ -133,7 +133,7 @@ impl<const CAPACITY: usize> LineReader<CAPACITY> {
         Ok(self.line.get(..self.length()).unwrap_or(&[]))
     }
 
-    /// Answers whether nothing has been kept of the line so far.
+    /// Returns whether nothing has been kept of the line so far.
     pub fn is_empty(&self) -> bool {
         self.length() == 0
     }
@@ -145,7 +145,7 @@ impl<const CAPACITY: usize> LineReader<CAPACITY> {
         self.too_long = false;
     }
 
-    /// Answers the comment of the line that was completed last, as far as there is room for it:
+    /// Returns the comment of the line that was completed last, as far as there is room for it:
     /// between `(` and `)`, or behind `;`.
     pub fn comment(&self) -> &str {
         core::str::from_utf8(&self.comment).unwrap_or_default()
@@ -198,7 +198,7 @@ impl<const CAPACITY: usize> LineReader<CAPACITY> {
 }
 
 /// Finds where the character at `column` of a filtered line stands in the line as it was sent, for
-/// a front end that wants to point at a fault. Answers the length of `raw` for a column beyond the
+/// a front end that wants to point at a fault. Returns the length of `raw` for a column beyond the
 /// end.
 pub fn raw_column(raw: &[u8], column: usize) -> usize {
     let mut skip = Skip::Nothing;

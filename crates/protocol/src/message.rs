@@ -6,7 +6,8 @@ use super::decimal::Decimal;
 use core::fmt;
 use leadscrew_gcode::Number;
 
-/// A message; displayed as the whole line, without its end. At most 68 characters.
+/// A message; displayed as the whole line, without its line end. At most 70 characters: a text of
+/// the board has 64 at most.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Message {
@@ -22,7 +23,7 @@ pub enum Message {
     CheckDisabled,
     /// The safety door opened.
     CheckDoor,
-    /// A limit switch is active at a reset, or where a program would begin.
+    /// A limit switch is active at a reset, or keeps a program or a jog from beginning.
     CheckLimits,
     /// The reset input is active: nothing unlocks the machine.
     ResetHeld,
@@ -55,7 +56,7 @@ pub struct Capped {
 }
 
 impl Message {
-    /// Answers the text between `[MSG:` and `]`, or its beginning.
+    /// Returns the text between `[MSG:` and `]`, or its beginning.
     const fn text(self) -> &'static str {
         match self {
             Self::ResetToContinue => "Reset to continue",

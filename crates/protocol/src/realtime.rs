@@ -17,7 +17,7 @@ pub enum OverrideStep {
 }
 
 impl OverrideStep {
-    /// Answers the override in percent after this step, kept within 10 to 200.
+    /// Returns the override in percent after this step, kept within 10 to 200.
     pub fn apply(self, percent: u8) -> u8 {
         let stepped = match self {
             Self::Reset => 100,
@@ -44,7 +44,7 @@ pub enum RapidOverride {
 }
 
 impl RapidOverride {
-    /// Answers the override in percent.
+    /// Returns the override in percent.
     pub const fn percent(self) -> u8 {
         self as u8
     }
@@ -72,13 +72,13 @@ pub enum Realtime {
     Rapid(RapidOverride),
     /// Spindle override, 0x99 to 0x9D.
     Spindle(OverrideStep),
-    /// Spindle stop in a hold and back, 0x9E.
+    /// Spindle off in a hold, and on again, 0x9E.
     SpindleStop,
     /// Flood coolant on and off, 0xA0.
     Flood,
     /// Mist coolant on and off, 0xA1.
     Mist,
-    /// One of an extension, 0xF8 to 0xFF: bytes that no UTF-8 text has.
+    /// A realtime byte of an extension, 0xF8 to 0xFF: no UTF-8 text has these bytes.
     Own(u8),
 }
 
@@ -131,7 +131,7 @@ impl Byte {
 }
 
 impl Realtime {
-    /// Answers the realtime command that a byte stands for, if it does. Any context.
+    /// Returns the realtime command that a byte stands for, if it does. Any context.
     pub const fn from_byte(byte: u8) -> Option<Self> {
         match Byte::sort(byte) {
             Byte::Realtime(realtime) => Some(realtime),

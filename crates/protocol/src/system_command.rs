@@ -1,8 +1,8 @@
 //! `$` lines.
 //!
 //! Faults are looked for in Grbl's order, so that a sender gets the error number that it expects.
-//! For `$`, `$$`, `$G`, `$C` and `$X` the spelling comes first, then whether the machine may do it
-//! now; for all others the reverse.
+//! For `$`, `$$`, `$G`, `$C` and `$X` the spelling is checked first, then whether the machine may
+//! carry the command out now. For all others the order is the reverse.
 
 use super::status::Status;
 use leadscrew_gcode::{leading_number, Number};
@@ -26,8 +26,8 @@ pub enum SystemCommand<'a> {
     ShowSettings,
     /// `$+`: list the settings that `$$` leaves out, too.
     ShowAllSettings,
-    /// `$n`: show a setting that `$$` leaves out. Grbl knows no `$n`, and its own settings answer
-    /// as in Grbl.
+    /// `$n`: show a setting that `$$` leaves out. Grbl knows no `$n`: with the number of one of
+    /// Grbl's settings it stays an error.
     ShowSetting(u16),
     /// `$ES` and the like: list settings, groups, errors or alarms, as grblHAL does.
     Enumerate(Enumeration),
@@ -135,7 +135,8 @@ pub struct Circumstances {
     pub single_axis_homing: bool,
 }
 
-/// The fault of a line, and the rest of the line from there on: its length gives the column.
+/// The fault of a line, and the rest of the line from the fault on. The length of the rest gives
+/// the column.
 type Refused<'a> = (Status, &'a [u8]);
 
 impl<'a> SystemCommand<'a> {
@@ -251,9 +252,9 @@ impl<'a> SystemCommand<'a> {
         }
     }
 
-    /// Moves a fault that was found in carrying the command out to its place in `line`, from which
-    /// the command was read: into its G-code, to the value of a setting, or to the number of a
-    /// setting that does not exist.
+    /// Finds the place in `line` of a fault that the command had when it was carried out. `line` is
+    /// the line that the command was read from. The place is in its G-code, at the value of a
+    /// setting, or at the number of a setting that does not exist.
     pub fn locate(&self, fault: Fault, line: &[u8]) -> Fault {
         let begins = match self {
             Self::Jog(gcode) | Self::StoreStartup { line: gcode, .. } => {
@@ -306,7 +307,7 @@ fn whole(text: &[u8]) -> Option<u16> {
     text.parse().ok()
 }
 
-/// Answers `command` if nothing follows it.
+/// Returns `command` if nothing follows it.
 fn alone<'a>(rest: &'a [u8], command: SystemCommand<'a>) -> Result<SystemCommand<'a>, Refused<'a>> {
     if rest.is_empty() {
         Ok(command)
@@ -315,7 +316,7 @@ fn alone<'a>(rest: &'a [u8], command: SystemCommand<'a>) -> Result<SystemCommand
     }
 }
 
-/// Answers the text after a spelling; the fault is at the first character that differs.
+/// Returns the text after a spelling; the fault is at the first character that differs.
 fn after<'a>(spelling: &[u8], text: &'a [u8]) -> Result<&'a [u8], Refused<'a>> {
     let alike = spelling.iter().zip(text).take_while(|(a, b)| a == b);
     let (_, rest) = text.split_at_checked(alike.count()).unwrap_or((text, &[]));
@@ -379,13 +380,13 @@ fn setting(text: &[u8]) -> Result<SystemCommand<'_>, Refused<'_>> {
     alone(rest, SystemCommand::Set { number, value })
 }
 
-/// Reads a number, cut to a whole one, and the `=` after it; answers the rest of the text, too.
+/// Reads a number, cut to a whole one, and the `=` after it; returns the rest of the text, too.
 fn assignment(text: &[u8]) -> Result<(i64, &[u8]), Refused<'_>> {
     let (number, rest) = number_of(text)?;
     Ok((number.trunc(), after(b"=", rest)?))
 }
 
-/// Reads the number that a text begins with; answers the rest of the text, too.
+/// Reads the number that a text begins with; returns the rest of the text, too.
 fn number_of(text: &[u8]) -> Result<(Number, &[u8]), Refused<'_>> {
     leading_number(text).map_err(|_| (Status::BadNumber, text))
 }

@@ -76,7 +76,7 @@ impl fmt::Display for StartupLine<'_> {
     }
 }
 
-/// Filtered text: ASCII. Whatever else a damaged store may yield is left out.
+/// Filtered text: ASCII. Other bytes, which a damaged store may yield, are left out.
 struct Ascii<'a>(&'a [u8]);
 
 impl fmt::Display for Ascii<'_> {

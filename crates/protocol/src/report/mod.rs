@@ -1,5 +1,5 @@
 //! Answers to `?`, `$#`, `$G`, `$I`, `$N` and `$`: snapshots of plain values that are displayed as
-//! one line each, without its end.
+//! one line each, without a line end.
 //!
 //! A list such as `$#` is one line at a time, so that a status report can go between two lines and
 //! never inside one, and nobody has to hold a whole list. No line is longer than [`MAX_LINE`].
@@ -37,13 +37,13 @@ pub const AXIS_LETTERS: [char; 9] = ['X', 'Y', 'Z', 'A', 'B', 'C', 'U', 'V', 'W'
 /// Machine coordinates, or offsets, of all axes.
 pub type Coordinates<const AXES: usize> = [Number; AXES];
 
-/// In which unit lengths and feeds are reported, `$13`.
+/// The unit in which lengths and feeds are reported, `$13`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Units<const AXES: usize> {
     /// Inches, not millimetres.
     pub inches: bool,
-    /// The kind of each axis: one that turns is in degrees in any case.
+    /// The kind of each axis: an axis that turns is in degrees in any case.
     pub axes: [AxisKind; AXES],
 }
 

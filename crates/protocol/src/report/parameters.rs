@@ -27,7 +27,7 @@ impl<const AXES: usize> Parameters<AXES> {
     /// How many lines `$#` has.
     pub const LINES: usize = 11;
 
-    /// Answers a line of `$#`, from 0; `None` beyond the last.
+    /// Returns a line of `$#`, from 0; `None` beyond the last.
     pub fn line(&self, index: usize) -> Option<ParameterLine<'_, AXES>> {
         const NAMES: [&str; 9] = [
             "G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30", "G92",

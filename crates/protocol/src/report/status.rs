@@ -115,7 +115,7 @@ pub struct StatusReport<const AXES: usize> {
     pub position: Coordinates<AXES>,
     /// All offsets added up, mm: work position is machine position less this.
     pub work_offset: Coordinates<AXES>,
-    /// `$10`: see [`Self::MACHINE_POSITION`] and those after it.
+    /// `$10`: see [`Self::MACHINE_POSITION`] and the constants after it.
     pub mask: u8,
     /// Room for further moves and bytes.
     pub room: Room,
@@ -125,7 +125,8 @@ pub struct StatusReport<const AXES: usize> {
     pub time_left: Option<Number>,
     /// Actual feed, mm/min.
     pub feed: Number,
-    /// Spindle speed or laser power as programmed and overridden, 0 when off.
+    /// Spindle speed with the override, in the unit of `S`; for a laser, the `S` of the power that
+    /// is put out. 0 when off.
     pub speed: Number,
     /// Active inputs.
     pub pins: Pins,

@@ -1,8 +1,8 @@
 //! Realtime commands that find their queue full and must not be lost: `!`, `~`, 0x84 and 0x85.
 //!
-//! Each kind is kept once, in the order in which the last of each came. So `!~` still ends a hold
-//! and `~!` still begins one, however many there were: all that comes earlier of the same kind
-//! changes nothing in the end.
+//! Each kind of command is kept once, in the place of its newest command. So `!~` still ends a hold
+//! and `~!` still begins one, however many there were: an earlier command of the same kind changes
+//! nothing in the end.
 //!
 //! The interrupt owns `list`, the main loop owns `taken`: loads and stores are enough. A command
 //! that comes while the main loop takes the list is added to it. The main loop then gets some
@@ -49,8 +49,8 @@ impl Late {
         self.list.load(Ordering::Acquire) != self.taken.load(Ordering::Acquire)
     }
 
-    /// Keeps a command that stood at `mark`; answers whether it is of a kind that is kept. Serial
-    /// interrupt.
+    /// Keeps a command that stood at `mark` in the stream; returns whether it is of a kind that is
+    /// kept. Serial interrupt.
     pub(super) fn keep(&self, realtime: Realtime, mark: u32) -> bool {
         let Some(number) = number(realtime) else {
             return false;
@@ -76,13 +76,13 @@ impl Late {
         self.list.store(count | list, Ordering::Release);
     }
 
-    /// The list as it is now. To be taken with [`Late::take`] once nothing that came earlier is
-    /// left. Main loop.
+    /// The list as it is now. To be taken with [`Late::take`] once all earlier commands are taken.
+    /// Main loop.
     pub(super) fn peek(&self) -> u32 {
         self.list.load(Ordering::Acquire)
     }
 
-    /// Takes the commands that [`Late::peek`] has answered. Main loop.
+    /// Takes the commands that [`Late::peek`] has returned. Main loop.
     pub(super) fn take(&self, peeked: u32) -> Taken {
         let fresh = self.taken.load(Ordering::Relaxed) != peeked;
         self.taken.store(peeked, Ordering::Release);

@@ -115,8 +115,8 @@ pub struct SerialQueue<
     /// Collects the line that is being read.
     reader: LineReader<LINE>,
     shared: Shared,
-    /// Places of the byte queue that are never used. They are stored in place of the limit so that
-    /// an empty channel is all zeros, which take no room in a program's image.
+    /// The number of places in the byte queue that are never used. It is stored in place of the
+    /// limit, so that an empty channel is all zeros, which take no room in a program's image.
     spare: usize,
 }
 

@@ -23,10 +23,11 @@ pub struct Receiver<'a> {
 }
 
 impl Receiver<'_> {
-    /// Takes a received byte, and answers the realtime command if it is one. Serial interrupt;
+    /// Takes a received byte, and returns the realtime command if it is one. Serial interrupt;
     /// bounded.
     ///
-    /// The answer is for a board that wants to act at once; the inbox gets the command in any case.
+    /// The return value is for a board that wants to act at once; the inbox gets the command in any
+    /// case.
     #[inline]
     pub fn receive(&mut self, byte: u8) -> Option<Realtime> {
         match Byte::sort(byte) {
@@ -48,7 +49,7 @@ impl Receiver<'_> {
         self.shared.opened.store(true, Ordering::Release);
     }
 
-    /// Answers how many ordinary bytes were lost since power-up. Serial interrupt.
+    /// Returns how many ordinary bytes were lost since power-up. Serial interrupt.
     pub fn lost_bytes(&self) -> u32 {
         self.shared.lost_bytes.load(Ordering::Relaxed)
     }
@@ -59,7 +60,8 @@ impl Receiver<'_> {
     }
 
     /// Notes that the other end has gone away: a socket that closed, a cable that was pulled. Bytes
-    /// that come after this are somebody else's. Serial interrupt; wake the main loop.
+    /// that come after this are from another sender. Serial interrupt; the caller then wakes the
+    /// main loop.
     pub fn close(&mut self) {
         self.shared
             .closed_at
@@ -68,7 +70,7 @@ impl Receiver<'_> {
     }
 
     fn keep(&mut self, byte: u8) {
-        // A limit that is the queue's own capacity is left to the queue.
+        // Where the limit is the queue's own capacity, `enqueue` checks it.
         let fits = self.limit == self.bytes.capacity() || self.bytes.len() < self.limit;
         if fits && self.bytes.enqueue(byte).is_ok() {
             self.received = self.received.wrapping_add(1);
@@ -83,7 +85,7 @@ impl Receiver<'_> {
             self.shared.reset.store(self.received, Ordering::Release);
             self.shared.late.forget();
         } else if self.shared.late.waits() && self.shared.late.keep(realtime, self.received) {
-            return; // behind those that wait already
+            return; // queued behind the late commands
         }
         let free = self.requests.capacity() - self.requests.len();
         let request = Request {
@@ -95,7 +97,7 @@ impl Receiver<'_> {
         }
         match realtime {
             Realtime::Report => self.shared.report.store(true, Ordering::Release),
-            Realtime::Reset => {} // one is under way, and takes this one's mark
+            Realtime::Reset => {} // a reset is queued already, and takes the mark of this one
             Realtime::Hold | Realtime::Resume | Realtime::Door | Realtime::JogCancel => {
                 self.shared.late.keep(realtime, self.received);
             }
@@ -148,7 +150,7 @@ impl Inbox<'_> {
         }
         let late = self.shared.late.peek();
         let Some(request) = self.requests.dequeue() else {
-            // Everything from before the late commands has been taken.
+            // All commands from before the late ones have been taken.
             self.late = self.shared.late.take(late);
             let realtime = self.late.next();
             return realtime
@@ -173,7 +175,7 @@ impl Inbox<'_> {
         Some(Request { mark, ..request })
     }
 
-    /// Answers how many ordinary bytes may be taken: those that came before the next realtime
+    /// Returns how many ordinary bytes may be taken: those that came before the next realtime
     /// command, and before the other end went away. Main loop.
     pub fn ready(&self) -> usize {
         let here = self.bytes.len();
@@ -210,7 +212,8 @@ impl Inbox<'_> {
         closed.then(|| Mark(self.shared.closed_at.load(Ordering::Relaxed)))
     }
 
-    /// Lets the bytes come that were received after the other end went away. Main loop.
+    /// Makes the bytes [`ready`](Self::ready) that were received after the other end went away.
+    /// Main loop.
     pub fn forget_close(&mut self) {
         self.shared.closed.store(false, Ordering::Release);
     }
@@ -221,7 +224,7 @@ impl Inbox<'_> {
         u32::try_from(ahead).unwrap_or(0)
     }
 
-    /// Answers whether the last byte taken came before `mark`. Main loop.
+    /// Returns whether the last byte taken came before `mark`. Main loop.
     pub fn is_before(&self, mark: Mark) -> bool {
         mark.0.wrapping_sub(self.taken) <= u32::MAX / 2
     }
@@ -233,18 +236,18 @@ impl Inbox<'_> {
         }
     }
 
-    /// Answers whether a byte is [`ready`](Self::ready). Main loop.
+    /// Returns whether a byte is [`ready`](Self::ready). Main loop.
     pub fn has_bytes(&self) -> bool {
         let theirs = self.closed().is_none_or(|mark| self.ahead_of(mark) > 0);
         theirs && self.bytes.ready() && !self.is_realtime_next()
     }
 
-    /// Answers whether [`next_realtime`](Self::next_realtime) has a command. Main loop.
+    /// Returns whether [`next_realtime`](Self::next_realtime) has a command. Main loop.
     pub fn has_requests(&self) -> bool {
         self.requests.ready() || self.is_late() || self.shared.report.load(Ordering::Acquire)
     }
 
-    /// Answers whether somebody has opened the other end since this was asked last. Main loop.
+    /// Returns whether somebody has opened the other end since this was asked last. Main loop.
     pub fn take_opened(&mut self) -> bool {
         let opened = self.shared.opened.load(Ordering::Acquire);
         if opened {
@@ -253,23 +256,23 @@ impl Inbox<'_> {
         opened
     }
 
-    /// Answers whether [`take_opened`](Self::take_opened) would. Main loop.
+    /// Returns whether [`take_opened`](Self::take_opened) would. Main loop.
     pub fn was_opened(&self) -> bool {
         self.shared.opened.load(Ordering::Acquire)
     }
 
-    /// Answers how many bytes the channel has room for now: the second number of `Bf:`. Main loop.
+    /// Returns how many bytes the channel has room for now: the second number of `Bf:`. Main loop.
     pub fn free(&self) -> usize {
         self.limit.saturating_sub(self.bytes.len())
     }
 
-    /// Answers how many unread bytes the channel takes in all: the last number of `[OPT:`. Main
+    /// Returns how many unread bytes the channel takes in all: the last number of `[OPT:`. Main
     /// loop.
     pub fn limit(&self) -> usize {
         self.limit
     }
 
-    /// Answers how many ordinary bytes were lost since power-up. Main loop.
+    /// Returns how many ordinary bytes were lost since power-up. Main loop.
     pub fn lost_bytes(&self) -> u32 {
         self.shared.lost_bytes.load(Ordering::Relaxed)
     }
@@ -321,8 +324,7 @@ const MESSAGES_LEAVE: usize = 256;
 /// The output that waits to be sent on one serial line.
 pub struct Output<'a> {
     waiting: &'a mut DequeView<u8>,
-    /// Bytes that found no room: of messages on a line whose other end reads too slowly, or has
-    /// stopped reading.
+    /// Bytes that found no room, because the other end reads too slowly or has stopped reading.
     lost: u32,
 }
 
@@ -378,7 +380,7 @@ impl<'a> Output<'a> {
         let _ = fmt::Write::write_str(self, "ok\r\n");
     }
 
-    /// Hands `write` as many bytes as it takes; returns their number. `write` answers how many of
+    /// Hands `write` as many bytes as it takes; returns their number. `write` returns how many of
     /// the bytes it took.
     pub fn flush(&mut self, mut write: impl FnMut(&[u8]) -> usize) -> u32 {
         let (first, second) = self.waiting.as_slices();
