@@ -11,7 +11,7 @@ pub enum Area {
 }
 
 impl Area {
-    /// Answers the other one.
+    /// Returns the other area.
     pub const fn other(self) -> Self {
         match self {
             Self::First => Self::Second,
@@ -20,7 +20,7 @@ impl Area {
     }
 }
 
-/// Memory of two areas of one size that are erased as a whole and then written once, byte after
+/// Memory of two areas of one size. Each is erased as a whole and then written once, byte after
 /// byte: two sectors of flash, or two files.
 ///
 /// Called from the main loop with the machine at rest: a flash may stall the CPU while it erases.
@@ -28,7 +28,7 @@ pub trait SettingsStore {
     /// Why an access failed.
     type Error: core::fmt::Debug;
 
-    /// Answers the size of each area in bytes, at least 1024 and a multiple of 4.
+    /// Returns the size of each area in bytes, at least 1024 and a multiple of 4.
     fn size(&self) -> usize;
 
     /// Reads `bytes` from `offset` on. Bytes that were not written since the erase read as 0xFF.

@@ -16,7 +16,7 @@ pub enum Group {
 }
 
 impl Group {
-    /// All of them: `ALL[x as usize] == x`.
+    /// All groups: `ALL[x as usize] == x`.
     pub const ALL: [Self; 8] = [
         Self::Motors,
         Self::Switches,
@@ -28,12 +28,12 @@ impl Group {
         Self::Axes,
     ];
 
-    /// Answers its number for senders, from 1: 0 is the root of all groups.
+    /// Returns the group's number for senders, from 1: 0 is the root of all groups.
     pub const fn id(self) -> u8 {
         self as u8 + 1
     }
 
-    /// Answers its title.
+    /// Returns the group's title.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Motors => "Motors",

@@ -2,14 +2,16 @@
 //!
 //! ```text
 //! area   = header { record } commit { record } erased
-//! header = "LS"  version:2  sequence:4                    crc32:4     of the 8 bytes before it
-//! record = key:2 length:1 crc8:1  payload  0xFF … to a multiple of 4  crc32:4   of key, length and payload
+//! header = "LS" version:2 sequence:4 crc32:4
+//! record = key:2 length:1 crc8:1 payload 0xFF … to a multiple of 4 crc32:4
 //! commit = a record of key 0xFFFE without payload
 //! ```
 //!
-//! Numbers are little endian. The header of a record has a checksum of its own, so that the next
-//! record is found even if a payload is damaged. The CRC-32 is ISO-HDLC's (Ethernet, zip), the
-//! CRC-8 SMBus's.
+//! The number behind a colon is a length in bytes. Numbers are little endian. The CRC-32 of the
+//! header is made of the 8 bytes before it, the CRC-32 of a record is made of key, length and
+//! payload. The header of a record (key and length) has a checksum of its own, the CRC-8, so that
+//! the next record is found even if a payload is damaged. The CRC-32 is ISO-HDLC's (Ethernet, zip),
+//! the CRC-8 SMBus's.
 
 use super::table::{AxisSetting, Setting};
 use super::values::MAX_AXES;
@@ -66,7 +68,7 @@ pub enum RecordKey {
 }
 
 impl RecordKey {
-    /// Answers the number that stands for it in the store.
+    /// Returns the number that stands for the key in the store.
     pub const fn code(self) -> u16 {
         match self {
             Self::Setting(number) => number & 0x0fff, // settings have three digits
@@ -90,7 +92,7 @@ impl RecordKey {
     }
 }
 
-/// Writes numbers down. As many as fit a payload: ten.
+/// Encodes numbers as a payload. Ten fit; more are left out.
 pub fn encode_numbers(numbers: &[Number]) -> Payload {
     numbers
         .iter()
@@ -99,7 +101,7 @@ pub fn encode_numbers(numbers: &[Number]) -> Payload {
         .collect()
 }
 
-/// Reads numbers; `None` when there are more or fewer of them.
+/// Decodes the numbers of a payload; `None` unless there are `N` of them.
 pub fn decode_numbers<const N: usize>(payload: &[u8]) -> Option<[Number; N]> {
     let (chunks, rest) = payload.as_chunks::<8>();
     if chunks.len() != N || !rest.is_empty() {
@@ -185,12 +187,12 @@ impl RecordHeader {
         })
     }
 
-    /// Answers the bytes of the whole record.
+    /// Returns the length of the whole record in bytes.
     pub(super) fn size(self) -> usize {
         OVERHEAD + padded(usize::from(self.length))
     }
 
-    /// Answers the payload out of the bytes after the header, if its checksum is right.
+    /// Returns the payload out of the bytes after the header, if its checksum is right.
     pub(super) fn payload(self, body: &[u8]) -> Option<&[u8]> {
         let (payload, rest) = body.split_at_checked(usize::from(self.length))?;
         let stated = u32::from_le_bytes(*rest.last_chunk()?);
@@ -206,7 +208,7 @@ fn checksum(head: [u8; 3], payload: &[u8]) -> u32 {
     digest.finalize()
 }
 
-/// Answers the bytes that a payload takes in the store.
+/// Returns how many bytes a payload of this length takes in the store.
 const fn padded(length: usize) -> usize {
     length.next_multiple_of(4)
 }

@@ -40,11 +40,11 @@ pub(super) enum AreaState {
     Committed { sequence: u32 },
     /// Erased, or never written.
     Erased,
-    /// Erased as a whole: its header, written after that, is there, and nothing else.
+    /// Erased as a whole: only its header is there, which is written after an erase.
     Prepared { sequence: u32 },
     /// Its writing was not finished: the other area stands.
     Unfinished,
-    /// It may have been committed.
+    /// It is damaged, and may have been committed before.
     Damaged,
     /// Another version wrote it.
     Foreign,
@@ -55,7 +55,7 @@ pub(super) enum AreaState {
 pub(super) struct Scan {
     pub(super) area: AreaState,
     pub(super) tail: Tail,
-    /// Where the next record goes; the size of the area after a bad one.
+    /// Where the next record goes; the size of the area if a record is bad.
     pub(super) end: usize,
     pub(super) index: Index,
 }
@@ -187,7 +187,7 @@ pub(super) fn read_payload<S: SettingsStore>(
     Ok(payload.and_then(|payload| Payload::from_slice(payload).ok()))
 }
 
-/// Answers whether nothing was written from `offset` to the end of the area.
+/// Returns whether nothing was written from `offset` to the end of the area.
 fn is_erased<S: SettingsStore>(flash: &mut S, area: Area, offset: usize) -> Result<bool, S::Error> {
     let mut buffer = [0; 32];
     for start in (offset..flash.size()).step_by(buffer.len()) {
@@ -203,7 +203,7 @@ fn is_erased<S: SettingsStore>(flash: &mut S, area: Area, offset: usize) -> Resu
     Ok(true)
 }
 
-/// Notes where the newest record of a key is; an empty record removes the key. Answers whether
+/// Notes where the newest record of a key is; an empty record removes the key. Returns whether
 /// there was room.
 pub(super) fn note(index: &mut Index, place: Place) -> bool {
     index.retain(|old| old.code != place.code);

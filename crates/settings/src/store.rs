@@ -1,9 +1,12 @@
 //! Records that survive a power loss at any moment.
 //!
 //! ```text
-//!   area 1: header | G54 | $100 | commit | $110 | $100 | ...      each change is appended; the last of a key counts
-//!   area 2: header | $100 | G54 | $110 | commit | ...             when full, the records that count are copied to the other area
+//!   area 1: header | G54 | $100 | commit | $110 | $100 | ...
+//!   area 2: header | $100 | G54 | $110 | commit | ...
 //! ```
+//!
+//! Each change is appended to the area in use; the last record of a key counts. When the area is
+//! full, the records that count are copied to the other area, which is then in use.
 //!
 //! A record counts once its checksum, written last, is there: before that the old value stands. An
 //! area counts once its commit record is there: before that the other area stands. So each value is
@@ -32,11 +35,12 @@ pub enum Condition {
     Sound,
     /// Nothing was ever stored.
     Blank,
-    /// Power was lost while a change was being written: it did not happen, all else is there.
+    /// Power was lost while a change was being written. The change did not happen; all else is
+    /// there.
     CutShort,
     /// Something is lost; readable values are there. The operator is told with `error:7`.
     Damaged,
-    /// Another version wrote it: nothing is read, and the first change erases it.
+    /// Another version wrote the store: nothing is read, and the first change erases it.
     Foreign,
 }
 
@@ -91,9 +95,10 @@ pub enum Written {
 struct Active {
     area: Area,
     sequence: u32,
-    /// Where the next record goes; the end of the area if it must be rewritten first.
+    /// Where the next record goes; the size of the area if the records must be copied to the other
+    /// area first.
     end: usize,
-    /// Bytes of that record that are there already.
+    /// How many bytes of that record are written already.
     begun: usize,
 }
 
@@ -130,8 +135,8 @@ impl Records {
         Ok(Self::with(newest, scan, &other, flash.size()))
     }
 
-    /// Reads the value of a key; `None` if it has none. A record that has become unreadable has
-    /// none, either.
+    /// Reads the value of a key; `None` if the key has no value, or if its record has become
+    /// unreadable.
     ///
     /// # Errors
     ///
@@ -147,13 +152,13 @@ impl Records {
         }
     }
 
-    /// Stores the value of a key, or a part of it. An empty one removes the key; a value that is
+    /// Stores the value of a key, or a part of it. An empty value removes the key; a value that is
     /// stored already is not written again.
     ///
     /// # Errors
     ///
     /// The value is too long, there is no room, or the memory failed in both areas. The old value
-    /// stands then, but after a failure of the memory it may be the new one.
+    /// stands then; after a failure of the memory the new value may stand instead.
     pub fn write<S: SettingsStore>(
         &mut self,
         flash: &mut S,
@@ -197,8 +202,8 @@ impl Records {
         Ok(Written::All)
     }
 
-    /// Whether this record is the one that has been begun. Where another one has been begun, that
-    /// is in the way: the area is to be rewritten.
+    /// Whether the writing of `record` has begun. If another record has been begun, it is in the
+    /// way: the records will be copied to the other area.
     fn has_begun<S: SettingsStore>(
         &mut self,
         flash: &mut S,
@@ -285,7 +290,7 @@ impl Records {
         Ok(())
     }
 
-    /// Which area is written next, and its number.
+    /// The area that is written next, and its sequence number.
     fn next_area(&self) -> (Area, u32) {
         match self.active {
             Some(active) => (active.area.other(), active.sequence.wrapping_add(1)),
@@ -345,8 +350,9 @@ impl Records {
         let active = scan.sequence().map(|sequence| Active {
             area,
             sequence,
-            // Where something is lost, the first change is to rewrite all: the other area may be
-            // read another time.
+            // Where something is lost, the first change copies all records to the other area.
+            // Otherwise that area might be readable at a later power-up, and its values would count
+            // again.
             end: if sound { scan.end } else { size },
             begun: 0,
         });
@@ -369,8 +375,8 @@ impl Records {
             .map_or(0, |active| flash.size().saturating_sub(active.end))
     }
 
-    /// Appends a record, or as much of it as is written at once; answers where, once all of it is
-    /// there. After a failure the area is to be rewritten.
+    /// Appends a record, or a part of it ([`AT_ONCE`]); returns the record's offset once all of it
+    /// is written. After a failure the records will be copied to the other area.
     fn append<S: SettingsStore>(
         &mut self,
         flash: &mut S,
@@ -445,7 +451,7 @@ fn write_faithfully<S: SettingsStore>(
     same.then_some(()).ok_or(StoreError::Unfaithful)
 }
 
-/// Answers the condition of a store where neither area has a commit record.
+/// Returns the condition of a store where neither area has a commit record.
 fn unreadable(first: &Scan, second: &Scan) -> Condition {
     let any = |area| first.area == area || second.area == area;
     if any(AreaState::Foreign) {

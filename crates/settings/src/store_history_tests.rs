@@ -38,7 +38,7 @@ fn values_of(records: &Records, flash: &mut MockFlash) -> Values {
         .collect()
 }
 
-/// Carries a step out; answers whether it is acknowledged, and the values after it if it is.
+/// Carries a step out; returns whether it is acknowledged, and the values after it if it is.
 fn carry_out(
     records: &mut Records,
     flash: &mut MockFlash,

@@ -1,7 +1,7 @@
-//! The table of all settings: `$$`, the checks and the documents are made of it.
+//! The table of all settings: `$$`, the checks and the documents are made from it.
 //!
-//! Numbers up to 255 are GRBL's. From 700 on are our own, where GRBL answers `error:3`; `$$` does
-//! not print them, because senders count its 34 rows.
+//! Numbers up to 255 are GRBL's. Numbers from 700 on are our own; GRBL answers `error:3` to them.
+//! `$$` does not print our own, because senders count its 34 rows.
 
 use super::group::Group;
 use leadscrew_gcode::Number;
@@ -13,8 +13,8 @@ use leadscrew_protocol::system_command::OWN;
 pub enum Kind {
     /// One bit an axis or motor: 0 to 255; a fraction is cut.
     AxisMask,
-    /// One bit an option: 0 to 255; a fraction is cut. These are the names of the options from the
-    /// lowest bit, with commas between.
+    /// One bit an option: 0 to 255; a fraction is cut. The text has the names of the options from
+    /// the lowest bit on, with commas between.
     Bits(&'static str),
     /// Off at 0, on at any other of 0 to 255; a fraction is cut.
     Switch,
@@ -27,12 +27,12 @@ pub enum Kind {
     Decimal {
         /// Decimals in print, 0 or 3.
         places: u8,
-        /// Whether 0 makes sense.
+        /// Whether 0 is allowed.
         zero: bool,
     },
     /// An exact decimal to either side of 0, printed with 3 decimals.
     Signed {
-        /// The largest, whatever its sign.
+        /// The largest absolute value.
         most: u32,
     },
 }
@@ -58,10 +58,10 @@ const BYTE: Kind = Kind::Whole { max: 255 };
 /// Two bytes.
 const WORD: Kind = Kind::Whole { max: 65_535 };
 
-/// One setting, or one of each axis.
+/// A setting of the machine, or a setting that each axis has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Row {
-    /// The number after the `$`; for the first axis.
+    /// The number after the `$`; the number for the first axis where each axis has the setting.
     pub number: u16,
     /// A short name.
     pub name: &'static str,
@@ -94,7 +94,7 @@ macro_rules! rows {
             /// All of them, by rising number: `ALL[x as usize] == x`.
             pub const ALL: &'static [Self] = &[$(Self::$variant),*];
 
-            /// Answers the row. The table writes defaults in 10⁻³, the row has the exact number.
+            /// Returns the row. The table writes defaults in 10⁻³, the row has the exact number.
             pub const fn row(self) -> Row {
                 match self {
                     $(Self::$variant => Row {

@@ -8,13 +8,14 @@ use leadscrew_interpreter::axes::WITHOUT_EXTRUDER;
 use leadscrew_protocol::decimal::Decimal;
 use leadscrew_protocol::status::Status;
 
-/// The bounds that a setting has to keep, for any values of the others.
+/// The board's bounds on step pulse and step rate. A setting beyond them cannot work, whatever the
+/// other settings are.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct StepLimits {
     /// The shortest pulse, µs.
     pub shortest_pulse_us: u8,
-    /// The highest rate with pulses as short as can be, steps/s.
+    /// The highest step rate, with the shortest pulse, steps/s.
     pub highest_rate: u32,
 }
 
@@ -50,17 +51,17 @@ pub enum Key {
 }
 
 impl Key {
-    /// Answers how many settings a machine with `axes` axes has.
+    /// Returns how many settings a machine with `axes` axes has.
     pub const fn count(axes: usize) -> usize {
         SCALARS + GROUPS * axes
     }
 
-    /// Answers all settings of a machine with `axes` axes.
+    /// Returns all settings of a machine with `axes` axes.
     pub fn all(axes: usize) -> impl Iterator<Item = Self> {
         (0..).map_while(move |place| Self::at(place, axes))
     }
 
-    /// Answers the setting at a place in [`Key::all`], from 0; `None` beyond the last.
+    /// Returns the setting at a place in [`Key::all`], from 0; `None` beyond the last.
     pub fn at(place: usize, axes: usize) -> Option<Self> {
         let Some(place) = place.checked_sub(SCALARS) else {
             return Setting::ALL.get(place).copied().map(Self::Machine);
@@ -69,7 +70,7 @@ impl Key {
         Some(Self::Axis(*group, place % axes))
     }
 
-    /// Answers its place in [`Key::all`].
+    /// Returns the setting's place in [`Key::all`].
     pub fn place(self, axes: usize) -> usize {
         match self {
             Self::Machine(setting) => setting as usize,
@@ -91,7 +92,7 @@ impl Key {
         })
     }
 
-    /// Answers the number.
+    /// Returns the setting's number.
     pub fn number(self) -> u16 {
         match self {
             Self::Machine(setting) => setting.row().number,
@@ -99,7 +100,7 @@ impl Key {
         }
     }
 
-    /// Answers the row of the table.
+    /// Returns the row of the table.
     pub fn row(self) -> Row {
         match self {
             Self::Machine(setting) => setting.row(),
@@ -120,9 +121,9 @@ pub const MAX_AXES: usize = 9;
 pub struct Settings<const AXES: usize> {
     scalars: [Number; SCALARS],
     axes: [[Number; AXES]; GROUPS],
-    /// Axes that are there.
+    /// The number of axes that the machine has.
     count: usize,
-    /// Where this machine's defaults differ from the table's.
+    /// This machine's defaults that differ from the table's.
     defaults: &'static [Entry],
 }
 
@@ -133,8 +134,8 @@ impl<const AXES: usize> Default for Settings<AXES> {
 }
 
 impl<const AXES: usize> Settings<AXES> {
-    /// Makes the settings of a new machine: the table's defaults but for those that the machine
-    /// brings along.
+    /// Makes the settings of a new machine: the table's defaults, or the machine's own where
+    /// `defaults` has one.
     pub fn new(defaults: &'static [Entry]) -> Self {
         Self::of_axes(AXES, defaults)
     }
@@ -161,27 +162,27 @@ impl<const AXES: usize> Settings<AXES> {
         }
     }
 
-    /// Answers a setting of the machine, exactly.
+    /// Returns a setting of the machine, exactly.
     pub fn value(&self, setting: Setting) -> Number {
         self.scalars.get(setting as usize).copied().unwrap_or(ZERO)
     }
 
-    /// Answers a whole setting, or the whole part of another.
+    /// Returns a whole setting, or the whole part of another.
     pub fn whole(&self, setting: Setting) -> u32 {
         u32::try_from(self.value(setting).trunc()).unwrap_or(0)
     }
 
-    /// Answers a mask.
+    /// Returns a mask.
     pub fn mask(&self, setting: Setting) -> u8 {
         u8::try_from(self.value(setting).trunc()).unwrap_or(u8::MAX)
     }
 
-    /// Answers whether a switch is on.
+    /// Returns whether a switch is on.
     pub fn is_on(&self, setting: Setting) -> bool {
         self.value(setting) != ZERO
     }
 
-    /// Answers a setting of all axes, exactly.
+    /// Returns a setting of all axes, exactly.
     pub fn axes(&self, setting: AxisSetting) -> [Number; AXES] {
         self.axes
             .get(setting as usize)
@@ -189,7 +190,7 @@ impl<const AXES: usize> Settings<AXES> {
             .unwrap_or([ZERO; AXES])
     }
 
-    /// Changes a setting: `$n=v`. Answers the changes to store, in that order: a power loss in
+    /// Changes a setting: `$n=v`. Returns the changes to store, in that order: a power loss in
     /// between then leaves no forbidden combination behind.
     ///
     /// `limits`: the board's step limits.
@@ -215,8 +216,8 @@ impl<const AXES: usize> Settings<AXES> {
         Ok(changes)
     }
 
-    /// Takes a stored value, as it was once accepted; answers whether there is such a setting and
-    /// it takes the value.
+    /// Takes a stored value, which was accepted once: the board's step limits are not checked
+    /// again. Returns `false` where there is no such setting, or where the value is out of range.
     pub fn load(&mut self, entry: Entry) -> bool {
         let Some(key) = self.key(entry.number) else {
             return false;
@@ -230,7 +231,7 @@ impl<const AXES: usize> Settings<AXES> {
         }
     }
 
-    /// Answers the rows of `$$`, from 0, by rising number; `None` beyond the last.
+    /// Returns the rows of `$$`, from 0, by rising number; `None` beyond the last.
     pub fn listed(&self, index: usize) -> Option<SettingLine> {
         self.keys()
             .filter(|key| key.row().listed)
@@ -238,12 +239,12 @@ impl<const AXES: usize> Settings<AXES> {
             .map(|key| self.line(key))
     }
 
-    /// Answers all rows, from 0, the machine's before the axes'; `None` beyond the last.
+    /// Returns all rows, from 0, the machine's before the axes'; `None` beyond the last.
     pub fn any(&self, index: usize) -> Option<SettingLine> {
         Key::at(index, self.axis_count()).map(|key| self.line(key))
     }
 
-    /// Answers all settings that there are.
+    /// Returns all settings of this machine.
     pub fn keys(&self) -> impl Iterator<Item = Key> + use<AXES> {
         Key::all(self.axis_count())
     }
@@ -253,7 +254,7 @@ impl<const AXES: usize> Settings<AXES> {
         Key::from_number(number, self.axis_count())
     }
 
-    /// Answers how many axes there are.
+    /// Returns how many axes there are.
     pub fn axis_count(&self) -> usize {
         if AXES <= WITHOUT_EXTRUDER {
             return AXES;
@@ -269,7 +270,8 @@ impl<const AXES: usize> Settings<AXES> {
             Key::Machine(Setting::SoftLimits) if value != ZERO && !self.is_on(Setting::Homing) => {
                 Err(Status::SoftLimitsNeedHoming)
             }
-            // Each is checked alone: a scale at 1 mm/s, a rate with 1 step/mm.
+            // Each is checked by itself: steps/mm for an axis at 1 mm/s, a rate for an axis with 1
+            // step/mm.
             Key::Axis(AxisSetting::StepsPerMm, _) if value.nanos() > rate => {
                 Err(Status::StepRateTooHigh)
             }
@@ -286,7 +288,7 @@ impl<const AXES: usize> Settings<AXES> {
         let _full = changes.push(Entry { number, value }); // two at most
     }
 
-    /// Answers the value of any setting, exactly.
+    /// Returns the value of any setting, exactly.
     pub fn get(&self, key: Key) -> Number {
         match key {
             Key::Machine(setting) => self.value(setting),
@@ -307,14 +309,14 @@ impl<const AXES: usize> Settings<AXES> {
         }
     }
 
-    /// Answers a setting as `$$` prints it.
+    /// Returns a setting as `$$` prints it.
     pub fn line(&self, key: Key) -> SettingLine {
         SettingLine::new(key.number(), key.row().kind, self.get(key))
     }
 }
 
 impl SettingLine {
-    /// A setting of this kind.
+    /// Makes the row of a setting of this kind.
     pub fn new(number: u16, kind: Kind, value: Number) -> Self {
         let value = match kind {
             Kind::Decimal { places: 3, .. } | Kind::Signed { .. } => Decimal::millimetres(value),
@@ -331,7 +333,7 @@ impl SettingLine {
 /// One, in 10⁻⁹.
 const ONE: i64 = 1_000_000_000;
 
-/// Answers the value as a setting of this kind keeps it.
+/// Returns the value as a setting of this kind keeps it.
 ///
 /// # Errors
 ///
