@@ -48,7 +48,7 @@ pub struct Head {
 pub struct Shape {
     /// Axes of the machine.
     pub axes: u8,
-    /// Its motors.
+    /// Motors of the machine.
     pub motors: u8,
     /// 0: each axis has one motor; 1: crossed belts; 2 + n: axis n has two motors.
     pub kinematics: u8,
@@ -59,15 +59,15 @@ pub struct Shape {
 /// The machines that an image is for.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Image {
-    /// Those with three axes, and a motor for each.
+    /// Machines with three axes, and a motor for each.
     Three,
-    /// Those with three or four axes, and with four motors at most. The record says which motors
+    /// Machines with three or four axes, and with four motors at most. The record says which motors
     /// move which axes.
     Four,
 }
 
 impl Image {
-    /// Whether a machine is among them.
+    /// Whether the image is for a machine of this shape.
     #[must_use]
     pub fn takes(self, shape: &Shape) -> bool {
         match self {
@@ -78,7 +78,7 @@ impl Image {
 }
 
 impl Shape {
-    /// Whether each axis has a motor, and a second motor has an axis.
+    /// Whether each axis has a motor, and the second motor, if there is one, has an axis.
     fn is_sound(&self) -> bool {
         let second = self.kinematics.checked_sub(2);
         let motors = self.axes.checked_add(second.is_some().into());
@@ -94,7 +94,7 @@ pub struct Serial {
     pub usart: u8,
     /// The pin on which the board sends.
     pub transmit: PinCode,
-    /// The pin on which it receives.
+    /// The pin on which the board receives.
     pub receive: PinCode,
 }
 

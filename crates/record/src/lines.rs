@@ -16,7 +16,7 @@ pub const LONGEST: usize = FIXED + SETTINGS * size_of::<Setting>();
 /// The most bytes of a record in one line.
 pub const PART: usize = 16;
 
-/// Bytes of the place in front of a line's part of the record, and of the checksum behind it.
+/// Bytes of a line besides its part of the record: the place in front, and the checksum behind.
 const PLACE: usize = 2;
 const SUM: usize = 1;
 
@@ -26,7 +26,7 @@ pub struct Incoming {
     length: usize,
 }
 
-/// The error of a line that is damaged, or that is not the next one.
+/// The error of a line that is damaged, or that is not the next line.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct WrongLine;
 

@@ -10,8 +10,8 @@ pub const SLOTS: usize = 8;
 pub const PROGRAM: u32 = 192 << 10;
 
 /// The sector of the record, for an image that begins in sector `start`. It is sector 3, which is
-/// small and which every chip has. An image that begins in sector 3 or later has it in the sector
-/// behind the vector table. The program's code is behind the record.
+/// small and which every chip has. An image that begins in sector 3 or later has the record in the
+/// sector behind its vector table. The program's code is behind the record.
 #[must_use]
 pub const fn sector(start: u8) -> u8 {
     if start < 3 {

@@ -6,7 +6,7 @@ use zerocopy::{
     FromBytes, IntoBytes,
 };
 
-/// The number of bytes at the begin of a record that the checksum does not protect.
+/// The number of bytes at the beginning of a record that the checksum does not protect.
 pub const UNPROTECTED: usize = 8;
 
 /// The checksum of whole words, as the chip's CRC unit makes it (RM0090 section 4.3): CRC-32 with
@@ -132,7 +132,8 @@ impl Content {
     /// Checks that the content is for a machine of `image`, which begins in sector `start`.
     ///
     /// # Errors
-    /// The machine is another, or the sectors of the settings are in the way of the program.
+    /// The content is for another machine, or the sectors of the settings are in the way of the
+    /// program.
     pub fn fits(&self, image: Image, start: u8) -> Result<(), Refusal> {
         if !image.takes(&self.shape) {
             return Err(Refusal::Shape);
@@ -149,7 +150,7 @@ impl Content {
 fn are_clear([first, second]: [u8; 2], start: u8) -> bool {
     let record = crate::sector(start);
     // The first sector behind the code's 192 KiB. Behind record sector 3 the code takes sector 4,
-    // of 64 KiB, and sector 5. Behind a later one it takes two sectors of 128 KiB.
+    // of 64 KiB, and sector 5. Behind a later record sector it takes two sectors of 128 KiB.
     let behind = if record < 4 { 6 } else { record + 3 };
     let between = first > start && second < record;
     first.checked_add(1) == Some(second) && (between || first >= behind && second < 12)

@@ -12,7 +12,7 @@ pub const PORTS: usize = 7;
 #[derive(Clone, Copy, PartialEq, Eq, Debug, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[repr(C)]
 pub struct SafePort {
-    /// Their levels, as BSRR takes them (RM0090 section 8.4.7).
+    /// The safe levels of these pins, as BSRR takes them (RM0090 section 8.4.7).
     pub levels: U32,
     /// Both bits of each pin, as in MODER and OSPEEDR (sections 8.4.1 and 8.4.3).
     pub fields: U32,
