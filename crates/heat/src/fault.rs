@@ -9,9 +9,9 @@ pub enum Fault {
     SensorOpen,
     /// The sensor is shorted.
     SensorShorted,
-    /// The heater is on, and its temperature does not change.
+    /// The heater is on, and its temperature does not rise.
     SensorFrozen,
-    /// Its temperature leaves the band around the target.
+    /// The temperature has reached the target, and leaves the band around it.
     RunsAway,
     /// The heater is switched off, and goes on heating.
     DoesNotCool,

@@ -20,17 +20,17 @@ pub struct Limits {
     /// A reading below this, °C, means that the sensor's wire is broken (or shorted, if the sensor
     /// is an amplifier).
     pub coldest: f32,
-    /// A reading above this, °C, means that the sensor is shorted (or its wire is broken, if it is
-    /// an amplifier).
+    /// A reading above this, °C, means that the sensor is shorted (or its wire is broken, if the
+    /// sensor is an amplifier).
     pub hottest: f32,
     /// The time in which the temperature has to react, seconds. If it has not risen by
     /// [`Limits::answer`] with the heater on, the sensor is frozen. If it has risen by more than
-    /// that with the heater off, the heater does not switch off.
+    /// [`Limits::answer`] with the heater off, the heater goes on heating.
     pub patience: u16,
     /// The change of temperature that counts as a reaction, K.
     pub answer: f32,
-    /// How far the temperature may be from the target once it has reached it, K. Farther away, the
-    /// heater runs away.
+    /// How far the temperature may be from the target, once it has reached the target, K. Farther
+    /// away is the fault [`Fault::RunsAway`].
     pub band: f32,
 }
 
@@ -63,8 +63,8 @@ pub struct HeaterConfig {
     pub name: &'static str,
     /// How its temperature is read.
     pub sensor: Sensor,
-    /// How far from its target it is switched, K, above 0. With a larger value a relay lasts
-    /// longer.
+    /// How far from its target the heater is switched on and off, K, above 0. With a larger value a
+    /// relay lasts longer.
     pub hysteresis: f32,
     /// The limits of its temperature.
     pub limits: Limits,
@@ -186,7 +186,7 @@ impl Heater {
         }
     }
 
-    /// Checks that a heater that is on gets warmer, and that one that is off does not.
+    /// Checks that the heater gets warmer while it is on, and does not get warmer while it is off.
     fn check_answer(&mut self, now: Instant) -> Result<(), Fault> {
         let limits = &self.config.limits;
         let fresh = Watch {

@@ -24,7 +24,7 @@ use leadscrew_machine::state::State;
 use libm::roundf;
 use refusal::Refusal;
 
-/// How often temperatures are read and heaters switched.
+/// How often temperatures are read and heaters switched: every 100 ms.
 pub const PERIOD: Duration = Duration::from_ticks(100_000);
 
 /// The pins of heaters, sensors and fan.
@@ -66,9 +66,9 @@ pub struct Gates {
     /// The extruder's axis, counted from 0, which does not turn below the heater's
     /// [`Limits::extrusion`]; `None` where there is none.
     pub extruder_axis: Option<usize>,
-    /// The outputs (M62, M64) that go on only from that temperature, one bit each.
+    /// The outputs (M62, M64) that go on only from that temperature on, one bit for each output.
     pub feeders: u8,
-    /// No program moves until all heaters that have a target have reached it.
+    /// Whether a program's moves wait until all heaters that have a target have reached it.
     pub wait_until_ready: bool,
 }
 
@@ -79,7 +79,7 @@ pub struct HeatConfig {
     pub gates: Gates,
     /// The heater of M104 and M109, counted from 0.
     pub nozzle: usize,
-    /// The heater of M140 and M190.
+    /// The heater of M140 and M190, counted from 0; `None` where there is no bed.
     pub bed: Option<usize>,
     /// The reference voltage of the sensors, V.
     pub reference: f32,
@@ -95,7 +95,7 @@ pub struct Heat<P, const N: usize> {
     port: P,
     next: Option<Instant>,
     fan: u8,
-    /// The fault that has been reported to the operator.
+    /// The heater's index and the fault that have been reported to the operator.
     told: Option<(usize, Fault)>,
 }
 

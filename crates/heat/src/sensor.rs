@@ -38,13 +38,19 @@ impl Sensor {
 
     /// The temperature in °C for a voltage, as a share of the reference voltage `reference` (V).
     ///
-    /// For a thermistor, `1/T = 1/T25 + ln(R/R25)/B`. At either end of the voltage's range the
-    /// result is very hot or very cold. The heater takes this for a short or a broken wire.
+    /// For a thermistor, temperatures in kelvins:
+    ///
+    /// ```text
+    /// 1/T = 1/T25 + ln(R/R25)/B
+    /// ```
+    ///
+    /// At either end of the voltage's range the result is very hot or very cold. The heater takes
+    /// this for a short or a broken wire.
     pub fn celsius(self, share: f32, reference: f32) -> f32 {
         match self {
             Self::Linear { offset, gain } => (share * reference - offset) / gain,
             Self::Thermistor { r25, beta, pull_up } => {
-                /// The distance from either end of the range that is kept, a step of 12 bits.
+                /// How close `share` may come to 0 and to 1: one step of a converter of 12 bits.
                 const LEAST: f32 = 1.0 / 4096.0;
                 let share = share.clamp(LEAST, 1.0 - LEAST);
                 let resistance = pull_up * share / (1.0 - share);
@@ -53,8 +59,8 @@ impl Sensor {
         }
     }
 
-    /// Whether a broken wire reads as cold: a thermistor's does. The input of an amplifier needs a
-    /// pull-up, so that a broken wire reads as hot.
+    /// Whether a broken wire reads as cold: the wire of a thermistor does. The input of an
+    /// amplifier needs a pull-up, so that a broken wire reads as hot.
     pub(crate) const fn is_cold_if_open(self) -> bool {
         matches!(self, Self::Thermistor { .. })
     }
