@@ -102,7 +102,7 @@ impl<const AXES: usize, const KEPT: usize> ToolChange<AXES, KEPT> {
         }
     }
 
-    /// The tool in the spindle; 0 where nobody has told it yet.
+    /// The tool in the spindle; 0 where it is not known.
     pub const fn loaded(&self) -> u8 {
         self.loaded
     }
@@ -179,10 +179,11 @@ impl<const AXES: usize, const KEPT: usize> ToolChange<AXES, KEPT> {
     }
 }
 
-/// The number of the tool that M6 asks for, from its own T word or that of an earlier line.
+/// The number of the tool that M6 asks for, from its own T word or from the T word of an earlier
+/// line.
 ///
 /// # Errors
-/// The table has no tool of this number.
+/// The number is not within 0 to 255.
 fn tool_number(call: &Call) -> Result<u8, Status> {
     let tool = call.words.get(Letter::T).unwrap_or_default().trunc();
     u8::try_from(tool).map_err(|_| Status::ToolTooLarge)

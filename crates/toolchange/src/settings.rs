@@ -7,7 +7,7 @@ use leadscrew_machine::settings::table::{Kind, Row};
 /// How many tools the table has.
 pub const TOOLS: usize = 16;
 
-/// `$860`: how far above the higher end of its way the tool crosses back.
+/// `$860`: how far above the higher end of its way the tool crosses back to the program's place.
 pub(crate) static CLEARANCE: Row = Row {
     number: 860,
     name: "Tool change clearance",
@@ -50,7 +50,7 @@ pub(crate) static RETURN_RATE: Row = Row {
     listed: false,
 };
 
-/// `$881`: the length of tool 1; the lengths of the others follow.
+/// `$881`: the length of tool 1; the lengths of the other tools follow.
 pub(crate) const FIRST_LENGTH: u16 = 881;
 
 /// The longest tool, mm.
