@@ -49,10 +49,10 @@ impl OutputsConfig {
 pub struct Outputs<P> {
     config: OutputsConfig,
     port: P,
-    /// The outputs that a hold has switched off.
+    /// The outputs that a hold has switched off; `None` while no hold is in force.
     held: Option<u8>,
-    /// Whether the operator has taken over the machine (a tool change). It counts as a hold,
-    /// whatever the state is.
+    /// Whether the operator has the machine (a tool change). This counts as a hold, whatever the
+    /// state is.
     is_aside: bool,
 }
 
