@@ -36,7 +36,7 @@ pub struct ZToolConfig {
     pub most_mm: f32,
 }
 
-/// The alarm of a tool that has moved as far as it may and has reached no switch.
+/// The alarm of a tool that has moved as far as `most_mm` allows and has reached no switch.
 pub static NO_SWITCH: OwnCode = OwnCode {
     number: 230,
     text: "The tool does not reach its switch",
