@@ -12,7 +12,7 @@
 //!
 //! A host that does not read stops nothing else: the queue fills, the machine takes no more lines
 //! from this host, and the other line goes on. Without a host, bytes are dropped, except for the
-//! first kilobyte after power-up. It holds the banner, which the first host reads.
+//! first kilobyte after power-up. That kilobyte holds the banner, which the first host reads.
 //!
 //! This code has run in the emulator (`cargo fw-test usb`), but never on a board.
 use core::{
@@ -38,9 +38,9 @@ const PACKET: usize = 64;
 /// Bytes in a packet that is sent. A full packet would have to be followed by an empty one (USB 2.0
 /// section 5.8.3).
 const SENT: usize = PACKET - 1;
-/// The pair of vendor and product ID that the makers of V-USB share for serial devices, which are
-/// told apart by their texts (USB-IDs-for-free.txt). Anybody who sells boards has to use a pair of
-/// their own.
+/// Vendor and product ID: the pair that the makers of V-USB share for serial devices
+/// (USB-IDs-for-free.txt). Devices with this pair are told apart by their texts. Anybody who sells
+/// boards has to use another pair.
 const ID: UsbVidPid = UsbVidPid(0x16C0, 0x27DD);
 
 /// The state of the host at the other end: a [`Host`], as the interrupt knows it.
@@ -112,8 +112,8 @@ type Bus = UsbBus<Controller>;
 pub struct Place {
     /// Packets that have not been read yet: two endpoints of 64 bytes, in words.
     packets: [u32; 2 * PACKET / 4],
-    /// This is uninitialised and not `None`: `None` is not all zeros, and would add a kilobyte to
-    /// the program's image.
+    /// This is uninitialised in place of `None`: `None` is not all zeros, and would add a kilobyte
+    /// to the program's image.
     bus: MaybeUninit<UsbBusAllocator<Bus>>,
     port: MaybeUninit<Port>,
 }
