@@ -30,7 +30,7 @@ pub(crate) struct F407 {
 }
 
 impl F407 {
-    /// Sends bytes by way of `serial`, on USB by way of `usb`.
+    /// Makes the board's end, which sends bytes through `serial` and through `usb`.
     pub(crate) fn new(serial: serial::Writer, usb: usb::Writer) -> Self {
         Self {
             serial,
@@ -56,7 +56,7 @@ impl F407 {
 }
 
 impl F407 {
-    /// Sends the operator a message before the machine's first.
+    /// Sends the operator a message, before the machine's first message. Start-up.
     pub(crate) fn say(&mut self, text: Option<&str>) {
         if let Some(text) = text {
             for part in ["[MSG:", text, "]\r\n"] {

@@ -4,7 +4,8 @@
 //! A wire leads from an output to a pin of TIM2, whose counter makes the ticks of motion as well. A
 //! channel keeps the count of each edge (input capture, RM0090 section 18.3.5). DMA takes the count
 //! to memory without the core, until the wire's part of the memory is full. Two wires can be
-//! captured at a time: the stream of channel 2 takes the requests of channel 4 as well.
+//! captured at a time, but not channels 2 and 4 together: the stream of channel 2 takes the
+//! requests of channel 4 as well.
 //!
 //! ```text
 //!   M120 P5        at rest: captures wires 0 and 2 (P has a bit for each wire)
@@ -47,7 +48,7 @@ const PER_LINE: usize = 32;
 /// The input pin at the end of a wire.
 pub(crate) struct Input {
     pub(crate) pin: Pin,
-    /// Of TIM2, 2 to 4.
+    /// The channel of TIM2, 2 to 4.
     pub(crate) channel: u8,
 }
 
@@ -66,7 +67,7 @@ impl Input {
         }
     }
 
-    /// All streams that take its channel's requests, a bit each.
+    /// All streams that take its channel's requests, one bit for each stream.
     fn hearers(&self) -> u8 {
         let others = if self.channel == 4 { 1 << 6 } else { 0 };
         1 << self.stream_number() | others
@@ -87,7 +88,8 @@ impl Input {
         loop {
             let level = self.pin.is_high();
             self.take_edges(memory);
-            // An edge in these few cycles may be captured or not; then this begins again.
+            // An edge in these few cycles may be captured or not. In either case the capture begins
+            // again.
             if self.pin.is_high() == level && self.room() == memory.len() {
                 return level;
             }
@@ -248,7 +250,7 @@ fn wires(call: &Call) -> Result<usize, Status> {
 /// Edges as the answer to `M121`.
 struct Told<'a> {
     part: &'a Part,
-    /// The number of the first.
+    /// The number of the first edge.
     first: usize,
 }
 

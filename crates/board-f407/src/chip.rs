@@ -48,8 +48,8 @@ pub(crate) enum Usart {
 }
 
 /// A timer that can drive a power pin. The chip's other timers have a task already, or no pin of
-/// their own. Its number is the place of its registers, in steps of 0x400 from 0x40000000 on
-/// (RM0090 section 2.3).
+/// their own. The number of a variant is the place of its registers, in steps of 0x400 from
+/// 0x40000000 on (RM0090 section 2.3).
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub(crate) enum Timer {

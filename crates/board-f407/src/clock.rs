@@ -69,14 +69,15 @@ pub(crate) fn start(rcc: RCC, power: &PWR) -> (Rcc, Source) {
 
 /// Lets `enable` switch clocks of peripherals on, and waits until they have come: a store to a
 /// peripheral right after it would be lost (ES0182, "Delay after an RCC peripheral clock
-/// enabling"). The barrier is ST's first workaround; its other one, to read the register back, is
+/// enabling"). The barrier is ST's first workaround. ST's second one, to read the register back, is
 /// not enough for a store that follows at once.
 pub(crate) fn switch_on(rcc: &rcc::RegisterBlock, enable: impl FnOnce(&rcc::RegisterBlock)) {
     enable(rcc);
     cortex_m::asm::dsb();
 }
 
-/// A bootloader may have set the clocks up in its own way: the PLL must be off to be set up again.
+/// Runs the chip from the internal oscillator, with the PLL off. A bootloader may have set the
+/// clocks up in its own way, and the PLL must be off to be set up again.
 fn use_internal_oscillator(rcc: &RCC) {
     rcc.cr().modify(|_, w| w.hsion().on());
     while rcc.cr().read().hsirdy().is_not_ready() {}
@@ -103,7 +104,7 @@ fn find_source(rcc: &RCC) -> Source {
 /// Microseconds since power-up, and the main loop's alarm clock: TIM5 (RM0090 chapter 18).
 pub(crate) struct Clock {
     timer: TIM5,
-    /// Microseconds since power-up when it was read last.
+    /// Microseconds since power-up, at the last reading.
     last: u64,
 }
 
@@ -130,7 +131,7 @@ impl Clock {
         Instant::from_ticks(self.last)
     }
 
-    /// Wakes the main loop at `instant`, at once where that has passed. Main loop.
+    /// Wakes the main loop at `instant`, or at once if that has passed. Main loop.
     pub(crate) fn wake_at(&mut self, instant: Instant) {
         let due = instant.ticks();
         self.timer.ccr1().write(|w| w.ccr().set(due as u32));
@@ -146,7 +147,7 @@ pub(crate) fn count() -> u32 {
     clock_timer().cnt().read().bits()
 }
 
-/// Asks for an interrupt at this count, at once where that has passed. Switch interrupts.
+/// Asks for an interrupt at the count `due`, or at once if that has passed. Switch interrupts.
 pub(crate) fn set_filter_alarm(due: u32) {
     clock_timer().ccr2().write(|w| w.ccr().set(due));
     if count().wrapping_sub(due).cast_signed() >= 0 {
@@ -172,16 +173,16 @@ pub(crate) fn take_alarms() -> bool {
 /// Whether the main loop is to run once more.
 static AWAKE: AtomicBool = AtomicBool::new(true);
 
-/// Makes the main loop run once more. Any context: they run on one core, where only the compiler
-/// could change the order.
+/// Makes the main loop run once more. Any context: all contexts run on one core, where only the
+/// compiler could change the order of stores.
 #[inline]
 pub(crate) fn wake() {
     compiler_fence(Ordering::Release);
     AWAKE.store(true, Ordering::Relaxed);
 }
 
-/// Sleeps until [`wake`] is called. Returns at once if it has been called since this returned last.
-/// Main loop.
+/// Sleeps until [`wake`] is called. Returns at once if [`wake`] has been called since the last
+/// return. Main loop.
 pub(crate) fn sleep() {
     while !AWAKE.swap(false, Ordering::Acquire) {
         cortex_m::asm::wfe();

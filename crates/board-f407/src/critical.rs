@@ -6,11 +6,11 @@
 use cortex_m::register::{basepri, basepri_max};
 use critical_section::RawRestoreState;
 
-/// The four bits of a priority on the F407 are the upper ones (RM0090 table 62, PM0214 section
-/// 2.3.6). Ticks have priority 0.
+/// The priority of a pulse's end: 1, one below the ticks, which have priority 0. The F407 uses the
+/// upper four bits of a priority (RM0090 table 62, PM0214 section 2.3.6).
 pub(crate) const PULSE_END_PRIORITY: u8 = 1 << 4;
-/// The most urgent priority that is masked, as BASEPRI has it. RTIC's tasks have priority 14 at
-/// most, which is this one.
+/// The most urgent priority that is masked, as BASEPRI has it. It is 2; RTIC calls it priority 14,
+/// and no task of RTIC is more urgent.
 const BELOW_STEPS: u8 = 2 << 4;
 
 struct BelowSteps;

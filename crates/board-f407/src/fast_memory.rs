@@ -67,7 +67,7 @@ pub(crate) fn load(syscfg: &SYSCFG, scb: &mut SCB) {
         }
     }
     asm::dsb();
-    // SAFETY: a mode of the register: SRAM1.
+    // SAFETY: the value is a mode of the register: SRAM1 at address 0.
     syscfg.memrmp().write(|w| unsafe { w.bits(0b11) });
     // The register is read back so that the store has reached it before anything is fetched from 0.
     syscfg.memrmp().read();
@@ -81,11 +81,12 @@ pub(crate) fn load(syscfg: &SYSCFG, scb: &mut SCB) {
 /// force.
 #[cfg(record)]
 pub(crate) fn record(place: usize) -> &'static [u8; SLOT] {
-    // SAFETY: the linker has kept this sector of the flash for it; any bytes are bytes.
+    // SAFETY: the linker has kept this sector of the flash for the record, and any value is valid
+    // for a byte.
     unsafe { &(*addr_of!(__record))[place % SLOTS] }
 }
 
-/// A word of such a place, as the flash has it now.
+/// A word of a place for the record, as the flash has it now.
 #[cfg(record)]
 pub(crate) fn record_word(place: usize, word: usize) -> u32 {
     let bytes = record(place).as_ptr().cast::<u32>();
@@ -125,7 +126,7 @@ pub(crate) fn start() -> usize {
 unsafe fn copy(from: *const u32, to: *const u32, words: usize) {
     let to = (SRAM1 + to as usize) as *mut u32;
     for index in 0..words {
-        // SAFETY: the caller's.
+        // SAFETY: the caller has promised it.
         unsafe {
             to.add(index)
                 .write_volatile(from.add(index).read_volatile())

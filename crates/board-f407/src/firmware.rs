@@ -29,8 +29,8 @@ use stm32f4xx_hal::rcc::Rcc;
 /// How long the main loop sleeps at most, in microseconds.
 const LONGEST_SLEEP: Duration = Duration::from_ticks(5_000);
 
-/// Room for bytes to send on USB: 512, and the place that a ring keeps free. They are sent within
-/// half a millisecond.
+/// Room for bytes to send on USB: 512, and the place that a ring keeps free. 512 bytes are sent
+/// within half a millisecond.
 type UsbOutgoing = Queue<u8, 513>;
 
 type TheMachine = Machine<'static, Kinematics, AXES, MOTORS, Own>;
@@ -111,7 +111,7 @@ mod app {
         machine: &'static mut TheMachine,
         listener: Listener,
         usb: Option<&'static mut usb::Port>,
-        // In the core coupled memory, since the moves fill the other.
+        // In the core coupled memory, since the moves fill the other memory.
         #[allow(unsafe_code)]
         #[link_section = ".bss.ccm.board"]
         board: F407,
@@ -147,7 +147,8 @@ mod app {
         let (receiver, inbox) = cx.local.received.split();
         let (usb_receiver, usb_inbox) = cx.local.usb_received.split();
         let (usb_outgoing, usb_sending) = cx.local.usb_outgoing.split();
-        // By channel, as in `F407::write`. The internal oscillator is too inexact for USB.
+        // In the order of the channels, as in `F407::write`. The internal oscillator is too inexact
+        // for USB.
         let has_usb = start.source == Source::Crystal;
         let inboxes = iter::once(inbox).chain(has_usb.then_some(usb_inbox));
         let links = Links {
@@ -252,7 +253,7 @@ mod app {
         supply::on_low()
     }
 
-    /// The main loop wants to be woken, or a switch has had its time.
+    /// The main loop wants to be woken, or the filter's time of a switch is over.
     #[task(binds = TIM5, priority = 14, shared = [filter])]
     fn alarm(cx: alarm::Context) {
         if clock::take_alarms() {

@@ -1,8 +1,8 @@
 //! Pins as data: a profile names them, this file drives them.
 //!
-//! A HAL has a type for each pin, so a table cannot hold its pins. It builds a port's word bit by
-//! bit, and the step interrupt needs the word ready made. All ports have the same registers, 0x400
-//! apart (RM0090 sections 2.3 and 8.4).
+//! A HAL has a type for each pin, so a table cannot hold its pins. A HAL also builds a port's word
+//! bit by bit, and the step interrupt needs the word ready made. All ports have the same registers,
+//! 0x400 apart (RM0090 sections 2.3 and 8.4).
 use crate::{
     chip::Bank,
     registers::{port, Word},
@@ -60,8 +60,8 @@ enum Mode {
     Analog = 3,
 }
 
-/// How fast an output's edges are (OSPEEDR; data sheet, table 50). After a reset most pins take 100
-/// ns for one.
+/// How fast an output's edges are (OSPEEDR; data sheet, table 50). After a reset most pins take
+/// 100 ns for an edge.
 #[derive(Clone, Copy)]
 pub(crate) enum Speed {
     /// 10 ns: steps and 2 Mbaud.
@@ -146,7 +146,7 @@ impl Pin {
         self.set_mode(Mode::Alternate);
     }
 
-    /// Sets how fast its edges are. Before the interrupts are on.
+    /// Sets how fast the pin's edges are. Before the interrupts are on.
     pub(crate) fn set_speed(self, speed: Speed) {
         port(self.bank)
             .ospeedr()
@@ -181,12 +181,12 @@ pub(crate) struct Output {
 }
 
 impl Output {
-    /// Switches on or off. Any context.
+    /// Switches the load on or off. Any context.
     pub(crate) fn switch(self, on: bool) {
         self.pin.set(on == self.active_high);
     }
 
-    /// Whether it is on. Any context.
+    /// Whether the load is switched on. Any context.
     #[cfg(outputs)]
     pub(crate) fn is_on(self) -> bool {
         self.pin.is_high() == self.active_high

@@ -2,8 +2,8 @@
 //! of a fan.
 //!
 //! ADC1 converts the sensors one after the other, as its injected group: up to four, each with a
-//! result register of its own (RM0090 section 13.3.3). A conversion takes 492 clocks of 21 MHz, 23
-//! µs. A reading was converted a turn before, and is 100 ms old.
+//! result register of its own (RM0090 section 13.3.3). A conversion takes 492 clocks of 21 MHz,
+//! 23 µs. A reading comes from the conversion of the period before, so it is 100 ms old.
 use crate::{
     clock,
     profile::{HEATER_FAULT, PROFILE, SENSORS},

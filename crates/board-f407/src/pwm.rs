@@ -99,8 +99,8 @@ pub(crate) fn start(rcc: &RCC) {
 /// The mode of the channel (TIMx_CCMRx.OCxM, RM0090 section 18.4.7).
 #[derive(Clone, Copy)]
 enum Mode {
-    /// The output keeps its level. PWM that begins from this mode looks at the count at once. From
-    /// another mode it waits until the count comes to the compare value or to 0.
+    /// The output keeps its level. PWM that begins from this mode compares with the count at once.
+    /// PWM that begins from another mode waits until the count comes to the compare value or to 0.
     Frozen = 0b000,
     /// Forced low.
     Off = 0b100,
@@ -110,14 +110,14 @@ enum Mode {
 
 placed! { ".bss.ccm.lit";
     /// 1 while the channel makes PWM, else 0: a byte, which a tick compares as it is. It is cleared
-    /// before the output is forced low. Whoever begins PWM looks at it again afterwards: if an
-    /// interrupt has switched the power off in between, it stays off.
+    /// before the output is forced low. Code that begins PWM looks at it again afterwards: if an
+    /// interrupt has switched the power off in between, the power stays off.
     static LIT: AtomicU8 = AtomicU8::new(0);
 }
 
-/// Does `work` with the power off, and then switches it on again if it was on. It stays off where
-/// somebody has switched it off meanwhile, or where a switch has shut the gate. `is_shut` asks the
-/// gate, after the work. Main loop, at rest.
+/// Does `work` with the power off, and then switches the power on again if it was on. The power
+/// stays off if an interrupt has switched it off meanwhile, or if a switch has shut the gate.
+/// `is_shut` looks at the gate, after the work. Main loop, at rest.
 pub(crate) fn off_during<T>(work: impl FnOnce() -> T, is_shut: impl FnOnce() -> bool) -> T {
     let channel = Channel::new();
     channel.begin(Mode::Off);

@@ -39,7 +39,8 @@ fn write(record: &[u8]) -> Result<(), FlashError> {
     ensure_reads(place, 0, first)
 }
 
-/// The first place that is empty. It marks a place as given up if only its first word is empty.
+/// The first place that is empty. Marks a place as given up if its first word is empty and another
+/// word is not.
 fn free_place() -> Result<usize, FlashError> {
     for place in 0..SLOTS {
         let is_empty = |word| fast_memory::record_word(place, word) == u32::MAX;

@@ -117,7 +117,7 @@ impl AnyPort {
         Self(AtomicU32::new(0))
     }
 
-    /// Makes it another port. Main loop.
+    /// Sets the port. Main loop.
     pub(crate) fn set(&self, bank: Bank) {
         self.0.store(bank.offset(), Relaxed);
     }
@@ -191,7 +191,7 @@ pub(crate) fn clock_timer() -> &'static tim5::RegisterBlock {
 /// The converter of heaters' sensors.
 #[cfg(heaters)]
 pub(crate) fn converter() -> &'static adc1::RegisterBlock {
-    // SAFETY: it reaches no memory: its DMA requests stay off.
+    // SAFETY: the converter reaches no memory: its DMA requests stay off.
     unsafe { &*ADC1::ptr() }
 }
 
@@ -202,7 +202,7 @@ pub(crate) fn converters() -> &'static adc_common::RegisterBlock {
     unsafe { &*ADC_COMMON::ptr() }
 }
 
-/// The flash's controller: whoever writes the flash is in the main loop.
+/// The flash's controller. Only the main loop writes the flash.
 pub(crate) fn flash() -> &'static flash::RegisterBlock {
     // SAFETY: as `Harmless` says of its control register.
     unsafe { &*FLASH::ptr() }
@@ -221,8 +221,8 @@ pub(crate) fn store_in_flash(address: usize, word: u32) {
     }
 }
 
-/// Reads bytes of the flash; 0xFF outside of it, as in an empty flash. The reads are volatile, since
-/// a write of the flash changes bytes unseen.
+/// Reads bytes of the flash; 0xFF outside the flash, as in an empty one. The reads are volatile,
+/// since a write of the flash changes bytes unseen.
 #[inline(never)] // machine 004 (`examples/machines/004`) takes 792 bytes more with its loop inlined
 pub(crate) fn read_flash(start: usize, bytes: &mut [u8]) {
     for (byte, address) in bytes.iter_mut().zip(start..) {

@@ -48,7 +48,8 @@ impl Reason {
         }
     }
 
-    /// The number that stands for it in [`NOTE`]. Memory is unlikely to hold it after power-up.
+    /// The number that stands for the reason in [`NOTE`]. Memory is unlikely to hold this number
+    /// after power-up.
     const fn note(self) -> u32 {
         0x1EAD_5C00 | self as u32
     }
@@ -65,7 +66,7 @@ pub(crate) fn because(reason: Reason) -> ! {
     SCB::sys_reset()
 }
 
-/// Why the chip was reset. It clears the chip's flags and the note: a second call would find
+/// Why the chip was reset. This clears the chip's flags and the note: a second call would find
 /// nothing. Once, at start-up.
 pub(crate) fn reason(rcc: &RCC) -> Reason {
     let flags = rcc.csr().read();

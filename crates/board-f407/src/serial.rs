@@ -7,8 +7,8 @@
 //!          The interrupt at the end of a piece starts the next piece.
 //! ```
 //!
-//! At 2 Mbaud a byte comes every 5 µs: an interrupt for each would take a quarter of the CPU, and
-//! none could come while the flash is written. DMA needs no program.
+//! At 2 Mbaud a byte comes every 5 µs: an interrupt for each byte would take a quarter of the CPU,
+//! and no interrupt could come while the flash is written. DMA needs no program.
 use crate::{
     chip::Usart,
     clock::{self, wake, APB1_HZ, APB1_TIMER_HZ},
@@ -53,8 +53,8 @@ fn clock_hz() -> u32 {
     }
 }
 
-/// The channel of the DMA streams for either USART: those of DMA1 for USART2, those of DMA2 for
-/// USART1 (RM0090 tables 43 and 44).
+/// The channel of the line's DMA streams, the same for both USARTs: USART2 uses streams of DMA1,
+/// USART1 uses streams of DMA2 (RM0090 tables 43 and 44).
 const CHANNEL: u8 = 4;
 
 /// The line's USART. It is written at start-up only; the bytes go through DMA.
@@ -134,11 +134,11 @@ pub(crate) fn start() {
     let (transmit, receive) = profile::serial_pins();
     transmit.make_alternate(FUNCTION, Pull::None);
     receive.make_alternate(FUNCTION, Pull::Up);
-    // The divider in sixteenths, which are periods of the clock a bit, rounded (RM0090 section
-    // 30.3.4).
+    // The divider, counted in sixteenths, is the number of clock periods in a bit, rounded (RM0090
+    // section 30.3.4).
     let divider = (clock_hz() + BAUD / 2) / BAUD;
-    // The register holds mantissa and fraction together, which are this number; 16 to 0xFFFF are
-    // defined.
+    // The register holds the divider's mantissa and fraction side by side, so it takes this number.
+    // 16 to 0xFFFF are allowed.
     usart().brr().put(divider as u16);
     // A bootloader may have left two stop bits, or the flag of an overrun, with which no byte is
     // received until SR and then DR have been read (section 30.3.3).
@@ -204,7 +204,8 @@ impl Listener {
     pub(crate) fn listen(&mut self) {
         self.timer.sr().write(|w| w.uif().clear_bit());
         let begin = self.next;
-        // The last place to be filled: the ring is full, and some bytes may have been written over.
+        // If the last place has been filled, the ring is full, and some bytes may have been written
+        // over.
         if place(begin + ARRIVAL_RING - 1).load(Relaxed) != EMPTY {
             return self.lose();
         }
@@ -281,8 +282,8 @@ fn sending_interrupt() -> Interrupt {
     }
 }
 
-/// The main loop's end of sending: it writes to a ring. DMA sends the ring in contiguous pieces, and
-/// an interrupt comes at the end of each piece.
+/// The main loop's end of sending: it writes bytes to a ring. DMA sends the ring in contiguous
+/// pieces, and an interrupt comes at the end of each piece.
 pub(crate) struct Writer {
     written: usize,
 }
@@ -298,7 +299,7 @@ impl Writer {
         self.fill(bytes, AHEAD)
     }
 
-    /// Takes a message that comes before the machine's first.
+    /// Takes a message that comes before the machine's first message.
     pub(crate) fn say(&mut self, message: &[u8]) {
         self.fill(message, SENDING_RING);
     }

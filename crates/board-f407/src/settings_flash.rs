@@ -1,10 +1,10 @@
 //! The machine's settings in two sectors of the flash (RM0090 chapter 3).
 //!
-//! The CPU stands still while the flash is written, since its program is there: 16 µs a word, 100
-//! µs at most (data sheet, table 40), under 2 ms for the longest record. Bytes that arrive
-//! meanwhile wait in the ring that DMA fills ([`crate::serial`]). Erasing a small sector takes half
-//! a second. It is done at start-up where it is needed, also on a new chip. Later it is done only
-//! where both sectors have been filled since.
+//! The CPU stands still while the flash is written, since its program is there. A word takes 16 µs,
+//! 100 µs at most (data sheet, table 40); the longest record takes less than 2 ms. Bytes that
+//! arrive meanwhile wait in the ring that DMA fills ([`crate::serial`]). Erasing a small sector
+//! takes half a second. A sector is erased at start-up where that is needed, also on a new chip.
+//! Later a sector is erased only after both sectors have been filled.
 use crate::{
     profile, pwm,
     registers::{self, Word},
@@ -45,8 +45,8 @@ impl Sectors {
 /// flash, and clears the caches.
 fn unlocked(work: impl FnOnce(&flash::RegisterBlock)) -> Result<(), FlashError> {
     let flash = registers::flash();
-    // A bootloader may have left it open. Keys that come then may be a wrong sequence, which locks
-    // it until the next reset (RM0090 section 3.6.1).
+    // A bootloader may have left the flash unlocked. Keys for an unlocked flash may count as a
+    // wrong sequence, which locks it until the next reset (RM0090 section 3.6.1).
     if flash.cr().read().lock().bit_is_set() {
         flash.keyr().write(|w| w.key().set(0x4567_0123));
         flash.keyr().write(|w| w.key().set(0xCDEF_89AB));
@@ -56,7 +56,7 @@ fn unlocked(work: impl FnOnce(&flash::RegisterBlock)) -> Result<(), FlashError> 
     work(flash);
     while flash.sr().read().bsy().bit_is_set() {}
     let errors = flash.sr().read().bits() & 0xF2;
-    // The lock bit alone; PG, SER and the sector number go back to zero.
+    // Sets the lock bit alone; PG, SER and the sector number go back to zero.
     flash.cr().put(1 << 31);
     reset_caches();
     if errors == 0 {
@@ -66,7 +66,8 @@ fn unlocked(work: impl FnOnce(&flash::RegisterBlock)) -> Result<(), FlashError> 
     }
 }
 
-/// The caches may hold old data (RM0090 section 3.6.4). They have to be off for the reset.
+/// Empties the flash's caches, which may hold old data (RM0090 section 3.6.4). They have to be off
+/// for that.
 fn reset_caches() {
     let access = registers::flash().acr();
     access.modify(|_, w| w.dcen().disabled().icen().disabled());
@@ -85,7 +86,7 @@ fn erase_sector(sector: Sector) -> Result<(), FlashError> {
     })
 }
 
-/// Programs words from address `start` on. They must be empty before.
+/// Programs words from address `start` on. The words must be empty before.
 pub(crate) fn program(start: usize, bytes: &[u8]) -> Result<(), FlashError> {
     if !start.is_multiple_of(4) || !bytes.len().is_multiple_of(4) {
         return Err(FlashError::OutOfBounds);

@@ -1,5 +1,5 @@
-//! The step interrupts: a tick, and below it the end of a pulse. They have the highest priorities,
-//! so that nothing delays a step.
+//! The step interrupts: a tick, and with a lower priority the end of a pulse. They have the highest
+//! priorities, so that nothing delays a step.
 //!
 //! They are not tasks of RTIC. A task of RTIC saves and restores BASEPRI: 14 cycles of each
 //! interrupt, for locks that an interrupt above RTIC's own priorities does not need. They share two
@@ -17,8 +17,8 @@ use heapless::spsc::Consumer;
 use leadscrew_stepper::{on_timer, Segment, Shared, StepInterrupt};
 use stm32f4::stm32f407::{interrupt, Interrupt, TIM11, TIM2};
 
-/// The data that the interrupts share with the main loop. Its section: memory that `fast_memory`
-/// has zeroed before anybody looks at it.
+/// The data that the interrupts share with the main loop. It is in memory that `fast_memory` has
+/// zeroed before anything reads it.
 #[link_section = ".bss.ccm.shared"]
 pub(crate) static SHARED: Shared<MOTORS> = Shared::new();
 

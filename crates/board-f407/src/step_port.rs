@@ -14,11 +14,12 @@
 //! A tick interrupts the end of a pulse, so that edges keep their distance from the schedule;
 //! nothing but a tick does. A tick never comes between the look at TIM11 and the stores that end
 //! its pulse: ticks are at least a pulse and 1 µs apart (`StepTiming`), and the pins are low 0.3 µs
-//! after a pulse's end, 0.6 µs on a board with a record, 0.7 with four motors. A pulse that is over
-//! while a tick is at work ends after the tick: 1.3 µs later at most, 3.2 µs where the tick begins a
-//! line, 4.1 with a record and four motors.
+//! after a pulse's end, 0.6 µs on a board with a record, 0.7 µs with a record and four motors. A
+//! pulse that is over while a tick is at work ends after the tick: 1.3 µs later at most; 3.2 µs
+//! where the tick begins a line (a straight move, `leadscrew_stepper::Line`), 4.1 µs with a record
+//! and four motors.
 //!
-//! A table has the words that go to the ports for each set of motors (`wired`, `recorded`). Each
+//! For each set of motors, a table has the words that go to the ports (`wired`, `recorded`). Each
 //! port that has step pins gets one store, one port after the other. A board with all step pins on
 //! one port steps all motors at the same instant.
 #[cfg(record)]
@@ -127,7 +128,7 @@ fn is_pulsing() -> bool {
     pulse_timer().cr1().read().cen().bit_is_set() || pulse_timer().sr().read().uif().bit_is_set()
 }
 
-/// Ends the pulse where it is over. Either step interrupt.
+/// Ends the pulse if its time is over. Called in both step interrupts.
 #[inline(always)]
 pub(crate) fn end_pulse_if_over() {
     if pulse_timer().sr().read().uif().bit_is_set() {
@@ -160,8 +161,8 @@ fn make_up(now: u32) -> u32 {
         make_tick_come();
         return now;
     }
-    // The tick before came late itself, and its pulse has only begun. This tick comes the least
-    // time between ticks after it.
+    // The tick before came late itself, and its pulse has only begun. So this tick comes a pulse
+    // and 1 µs from now.
     let due = now.wrapping_add(PULSE.load(Relaxed) / 2 + APB1_TIMER_HZ / 1_000_000);
     tick_timer().ccr1().write(|w| w.ccr().set(due));
     due
@@ -172,9 +173,9 @@ fn make_tick_come() {
     tick_timer().egr().write(|w| w.cc1g().set_bit());
 }
 
-/// Makes the armed tick come if its instant has passed without it. Then something held the core up
-/// for so long that the compare register was written too late, and the timer would come round to it
-/// in 51 s. Main loop, at every turn.
+/// Makes the armed tick come if its instant has passed without it. That happens if something held
+/// the core up for so long that the compare register was written too late: the timer would come
+/// round to this instant in 51 s. Main loop, at every turn.
 pub(crate) fn catch_missed_tick() {
     let instant = || tick_timer().ccr1().read().bits();
     let due = instant();
@@ -188,8 +189,8 @@ pub(crate) fn catch_missed_tick() {
 /// The outputs of ticks. TIM2's interrupt uses it; TIM11's interrupt uses it where no tick is
 /// armed.
 pub(crate) struct Port {
-    /// The instant of the tick that is armed, the same as in compare 1. To read it there takes 16
-    /// cycles.
+    /// The instant of the tick that is armed, the same as in compare register 1. Reading that
+    /// register takes 16 cycles.
     due: u32,
     power: pwm::Channel,
 }
@@ -209,7 +210,7 @@ impl Port {
         tick_timer().sr().write(|w| w.cc1if().clear());
     }
 
-    /// The first wait counts from now on. At rest.
+    /// Makes the first wait count from now on. At rest.
     pub(crate) fn begin(&mut self) {
         self.due = count();
     }
@@ -256,7 +257,7 @@ impl StepPort for Port {
         }
     }
 
-    /// A segment has left the queue, and there is room for another.
+    /// Also wakes the main loop: a segment has left the queue, so there is room for another.
     #[inline]
     fn change_outputs(&mut self, change: OutputChange) {
         ports::change_outputs(change);
@@ -274,14 +275,15 @@ impl StepPort for Port {
         tick_timer().ccr1().write(|w| w.ccr().set(self.due));
     }
 
-    /// Some time after [`Self::arm`]: right behind its store, the read of the count would wait for
-    /// it, 9 cycles.
+    /// To be called some time after [`Self::arm`]. Right after the store of `arm`, reading the
+    /// count would wait 9 cycles for the store.
     fn make_up(&mut self) -> bool {
         let now = count();
         if !has_come(self.due, now) {
             return false;
         }
-        // The schedule goes on from here: ticks that made up for it would be closer than a pulse.
+        // The schedule goes on from here: ticks that made up for the lost time would be closer than
+        // a pulse.
         self.due = make_up(now);
         true
     }

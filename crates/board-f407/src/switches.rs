@@ -6,11 +6,11 @@
 //!             |<----- the filter's time, $706 -->|
 //! ```
 //!
-//! Each input is on a line of EXTI of its own: its pin's number, whatever the port (RM0090 section
-//! 12.2.5). Further edges within the time change nothing, so that a switch that bounces, or noise
-//! that goes on, is answered after exactly that time. A shorter spike is forgotten. The line is
-//! masked during the time, so that noise causes no more than two interrupts in each such time.
-//! TIM5, which counts microseconds, keeps the time.
+//! Each input is on a line of EXTI of its own. The line has the number of the input's pin, whatever
+//! the port (RM0090 section 12.2.5). Further edges within the time change nothing, so that a switch
+//! that bounces, or noise that goes on, is answered after exactly that time. A shorter spike is
+//! forgotten. The line is masked during the time, so that noise causes no more than two interrupts
+//! in each such time. TIM5, which counts microseconds, keeps the time.
 #[cfg(record)]
 mod recorded;
 #[cfg(not(record))]
@@ -62,7 +62,7 @@ pub(crate) struct Filter {
     exti: EXTI,
     /// Lines whose level is being waited for.
     settling: u16,
-    /// When each of them is looked at, in counts of the clock.
+    /// When each of these lines is looked at, in counts of the clock, microseconds.
     due: [u32; 16],
     /// The instant for which the alarm is set.
     alarm: u32,
@@ -130,7 +130,7 @@ impl Filter {
         clock::set_filter_alarm(due);
     }
 
-    /// Looks at the lines whose time is over, and acts on those that have changed. It takes the
+    /// Looks at the lines whose time is over, and acts on the lines that have changed. It takes the
     /// alarm's instant for the present, since to ask the timer takes 20 cycles. Interrupt of TIM5.
     #[inline(always)]
     pub(crate) fn on_time(&mut self, inputs: &Inputs<MOTORS>, shared: &Shared<MOTORS>) {
@@ -177,7 +177,7 @@ impl Filter {
     #[inline(never)]
     fn listen_again(&self, over: u16, levels: u16) {
         let over = u32::from(over);
-        // Zeros change nothing in the first register and in the last.
+        // A zero changes nothing in PR and SWIER.
         self.exti.pr().put(over);
         self.exti.imr().change(|all| all | over);
         let changed = over & (levels_of(over as u16) ^ u32::from(levels));
@@ -190,7 +190,7 @@ impl Filter {
         LEVELS.store(levels, Relaxed);
         inputs.on_switches_at(&board::switches_at(levels), shared, &self.at_probe);
         if shared.is_laser_off() {
-            // A tick in between may have set it anew; no later one does.
+            // A tick in between may have set the power anew; no later tick does.
             self.power.set(Power::OFF);
         }
         wake();

@@ -18,13 +18,13 @@ const RELOAD: u16 = 200;
 /// sector takes 0.5 s at most (data sheet, table 40).
 const LONG_RELOAD: u16 = 1_000;
 
-/// Whether it stands still while a debugger halts the CPU (RM0090 section 38.16.4). Then a laser
-/// that is lit stays lit. It is for debugging with motors and laser unplugged: set
+/// Whether the watchdog stands still while a debugger halts the CPU (RM0090 section 38.16.4). Then
+/// a laser that is lit stays lit. This is for debugging with motors and laser unplugged: set
 /// `LEADSCREW_DEBUG_HALT` when the firmware is built.
 const STOPS_ON_HALT: bool = option_env!("LEADSCREW_DEBUG_HALT").is_some();
 
-/// Starts it. Nothing stops it, not even a debugger that halts the CPU, unless [`STOPS_ON_HALT`].
-/// Before the main loop.
+/// Starts the watchdog. Nothing stops it, not even a debugger that halts the CPU, unless
+/// [`STOPS_ON_HALT`]. Before the main loop.
 pub(crate) fn start(debug: &DBGMCU) {
     debug
         .apb1_fz()
@@ -33,7 +33,7 @@ pub(crate) fn start(debug: &DBGMCU) {
     set(true, RELOAD);
 }
 
-/// Begins the time anew, so that no reset comes. Main loop, at least every 17 ms.
+/// Begins the watchdog's time anew, so that no reset comes. Main loop, at least every 17 ms.
 #[inline]
 pub(crate) fn feed() {
     watchdog().kr().write(|w| w.key().feed());
@@ -48,8 +48,8 @@ pub(crate) fn patiently<T>(work: impl FnOnce() -> T) -> T {
     done
 }
 
-/// Sets the time, waits until it is in effect (RM0090 section 21.4.4: five periods of its clock,
-/// 0.3 ms), and begins it anew.
+/// Sets the watchdog's time, waits until the new time is in effect (RM0090 section 21.4.4: five
+/// periods of its clock, 0.3 ms), and begins it anew.
 fn set(short: bool, reload: u16) {
     let registers = watchdog();
     registers.kr().write(|w| w.key().unlock());

@@ -26,8 +26,8 @@ pub(crate) use selected::CAPTURES;
 pub(crate) use selected::{HEATER_FAULT, SENSORS};
 
 /// The profile's machine, with the options that the board has pins for. Where `LEADSCREW_TICK_NS`
-/// is set at build time, it is the least time between ticks, in nanoseconds. It serves to find out
-/// how fast the board can step.
+/// is set at build time, its value in nanoseconds replaces `StepTiming::tick_ns`. This serves to
+/// find out how fast the board can step.
 pub(crate) const fn config() -> MachineConfig<AXES> {
     let mut config = selected::config();
     config.options.door = PROFILE.door.is_some();
@@ -53,7 +53,7 @@ pub(crate) struct Profile {
     pub(crate) serial: SerialPins,
     /// Step and direction of each motor.
     pub(crate) motors: [MotorPins; MOTORS],
-    /// The pins that enable all motors. The setting `$4` says which level does it.
+    /// The pins that enable all motors. The setting `$4` says which level enables.
     pub(crate) enables: &'static [Pin],
     /// Laser or spindle power.
     pub(crate) power: PowerPin,
@@ -116,7 +116,7 @@ pub(crate) struct MotorPins {
 }
 
 impl MotorPins {
-    /// Names both.
+    /// Names both pins.
     pub(crate) const fn new(step: Pin, direction: Pin) -> Self {
         Self { step, direction }
     }

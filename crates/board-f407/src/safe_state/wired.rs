@@ -7,8 +7,8 @@ use crate::{
 };
 use core::arch::global_asm;
 
-/// The pins that could do harm, the levels at which they do none, and how many pins they are. The
-/// power pin comes first.
+/// The pins that could do harm, their harmless levels, and the number of these pins. The power pin
+/// comes first.
 const PINS: ([Pin; MOST], [bool; MOST], usize) = {
     let (mut pins, mut levels, mut count) = ([PROFILE.power.pin; MOST], [false; MOST], 1);
     let mut motor = 0;
@@ -55,12 +55,12 @@ const PINS: ([Pin; MOST], [bool; MOST], usize) = {
     (pins, levels, count)
 };
 const MOST: usize = 1 + 2 * MOTORS + PROFILE.high.len() + SINGLE + LISTED;
-/// Outputs of `PROFILE` that are there or not: spindle, its reverse, flood, mist, the heaters'
-/// supply, fan.
+/// Outputs of `PROFILE` that a board may have or not: spindle, its reverse, flood, mist, the
+/// heaters' supply, fan.
 const SINGLE: usize = 6;
 /// Outputs in the lists of `PROFILE`.
 const LISTED: usize = PROFILE.synchronised.len() + PROFILE.heaters.len();
-/// The ports of these pins, and how many they are.
+/// The ports of these pins, and the number of ports.
 const PORTS: ([Bank; MOST], usize) = banks(PINS.0);
 
 /// The changes that make the pins of a port safe. The pins get their levels, then they become

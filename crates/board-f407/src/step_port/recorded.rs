@@ -36,7 +36,7 @@ impl Table {
     }
 
     /// Puts the words for `motors` on the ports.
-    #[inline(always)] // with `put`: the step interrupt reaches no code in the flash (`cargo xtask thumb`)
+    #[inline(always)] // and `put`: the step interrupt must reach no code in flash (`xtask thumb`)
     fn write(&self, motors: MotorMask) {
         // Within the table: bits beyond the motors are masked off, and the compiler sees it.
         self.put(&self.words[usize::from(motors.bits()) % SETS]);
@@ -54,7 +54,7 @@ impl Table {
         }
     }
 
-    /// Makes the table. For each set of motors, `level` answers the level of each pin, from the
+    /// Makes the table. For each set of motors, `level` returns the level of each pin, from the
     /// motor's number and whether it is in the set. `None` leaves the pin alone.
     fn fill(&self, pins: &Pins, level: impl Fn(usize, bool) -> Option<bool>) {
         let banks = banks(pins);
@@ -105,7 +105,7 @@ struct Tables {
     pulse_end: Words,
 }
 
-// SAFETY of the section: memory that `fast_memory` has zeroed before anybody looks at it.
+// SAFETY of the section: it is memory that `fast_memory` has zeroed before anything reads it.
 placed! { ".bss.ccm.tables";
     static TABLES: Tables = Tables {
         steps: Table::new(),

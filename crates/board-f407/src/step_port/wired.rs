@@ -54,7 +54,7 @@ impl<const BANKS: usize> Words<BANKS> {
         }
     }
 
-    /// Makes the table. For each set of motors, `level` answers the level of each pin, from the
+    /// Makes the table. For each set of motors, `level` returns the level of each pin, from the
     /// motor's number and whether it is in the set. `None` leaves the pin alone.
     fn fill(
         &self,
@@ -76,7 +76,7 @@ impl<const BANKS: usize> Words<BANKS> {
     }
 }
 
-// SAFETY of the section: memory that `fast_memory` has zeroed before anybody looks at it.
+// SAFETY of the section: it is memory that `fast_memory` has zeroed before anything reads it.
 placed! { ".bss.ccm.steps";
     static STEPS: Words<{ STEP_BANKS.1 }> = Words::new();
 }
@@ -132,7 +132,7 @@ pub(super) fn end_pulse() {
 }
 
 /// Changes the outputs of M62 to M65: one store for each that changes. Any context.
-#[inline(always)] // the step interrupt calls it, and reaches no code in the flash (`cargo xtask thumb`)
+#[inline(always)] // the step interrupt must reach no code in the flash (`cargo xtask thumb`)
 pub(crate) fn change_outputs(change: OutputChange) {
     for (index, output) in PROFILE.synchronised.iter().enumerate() {
         let bit = 1 << index;

@@ -10,7 +10,7 @@ use leadscrew_stepper::MotorMask;
 
 /// Tables of the inputs. Written at start-up, read by the switch interrupts.
 struct Table {
-    /// The port of the input on each line of EXTI. A pin's number is its line's.
+    /// The port of the input on each line of EXTI. A pin has the number of its line.
     ports: [AnyPort; 16],
     /// Lines in use, one bit a line.
     lines: AtomicU16,
@@ -22,7 +22,7 @@ struct Table {
     buttons: [AtomicU16; 5],
 }
 
-// SAFETY of the section: memory that `fast_memory` has zeroed before anybody looks at it.
+// SAFETY of the section: it is memory that `fast_memory` has zeroed before anything reads it.
 placed! { ".bss.ccm.inputs";
     static TABLE: Table = Table {
         ports: [const { AnyPort::new() }; 16],

@@ -17,7 +17,7 @@ const BUTTONS: [Option<Input>; 5] = [
     PROFILE.door,
 ];
 placed! { ".fast_code.banks";
-    /// The port of the input on each line of EXTI. A pin's number is its line's.
+    /// The port of the input on each line of EXTI. A pin has the number of its line.
     static BANKS: [Bank; 16] = WIRED.0;
 }
 /// Lines of EXTI in use, one bit a line.
