@@ -245,7 +245,7 @@ pub(crate) struct History {
     /// The last states that the machine has left: a ring.
     states: [State; STATES],
     /// The number of states left since power-up.
-    entered: usize,
+    left: usize,
 }
 
 impl History {
@@ -255,22 +255,22 @@ impl History {
             booted: false,
             last_alarm: None,
             states: [State::Idle; STATES],
-            entered: 0,
+            left: 0,
         }
     }
 
     /// Notes that the machine leaves `state`.
     pub(crate) fn leaves(&mut self, state: State) {
-        if let Some(place) = self.states.get_mut(self.entered % STATES) {
+        if let Some(place) = self.states.get_mut(self.left % STATES) {
             *place = state;
         }
-        self.entered = self.entered.wrapping_add(1);
+        self.left = self.left.wrapping_add(1);
     }
 
     /// The last states that the machine has left, the oldest first.
     pub(crate) fn states(&self) -> impl Iterator<Item = State> + '_ {
-        let known = self.entered.min(STATES);
-        let first = self.entered.wrapping_sub(known);
+        let known = self.left.min(STATES);
+        let first = self.left.wrapping_sub(known);
         (0..known)
             .filter_map(move |index| self.states.get(first.wrapping_add(index) % STATES).copied())
     }

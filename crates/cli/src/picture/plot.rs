@@ -81,7 +81,7 @@ impl<'a> Plot<'a> {
             x: Scale::new(left, right, LEFT, LEFT + PLOT_WIDTH),
             y: Scale::new(below, above, frame.bottom(), frame.top),
             per_mm,
-            leads_out: window.is_left,
+            leads_out: window.path_leaves,
             full_power_s,
             depth: path.depths().unwrap_or_default(),
             passes: path.passes(PASSES),

@@ -16,7 +16,7 @@ pub(super) struct Window {
     pub(super) low: [f32; 2],
     pub(super) high: [f32; 2],
     /// Whether the path goes beyond the rectangle.
-    pub(super) is_left: bool,
+    pub(super) path_leaves: bool,
 }
 
 impl Window {
@@ -26,7 +26,7 @@ impl Window {
         let whole = Self {
             low,
             high,
-            is_left: false,
+            path_leaves: false,
         };
         let (Some(x), Some(y)) = (extent(path, holes, 0), extent(path, holes, 1)) else {
             return whole;
@@ -34,7 +34,7 @@ impl Window {
         let work = Self {
             low: [x[0], y[0]].map(|low| low - AROUND),
             high: [x[1], y[1]].map(|high| high + AROUND),
-            is_left: true,
+            path_leaves: true,
         };
         match work.per_mm() >= ENOUGH * whole.per_mm() {
             true => work,
@@ -82,11 +82,11 @@ mod tests {
     fn the_way_to_the_work_is_shown_unless_the_work_would_be_a_dot() {
         let near = Window::onto(&line_at(40.0), &[]);
         assert_eq!(
-            (near.low[0], near.high[0], near.is_left),
+            (near.low[0], near.high[0], near.path_leaves),
             (0.0, 50.0, false)
         );
         let far = Window::onto(&line_at(200.0), &[]);
-        assert_eq!((far.low[0], far.high[0], far.is_left), (198.0, 212.0, true));
+        assert_eq!((far.low[0], far.high[0], far.path_leaves), (198.0, 212.0, true));
     }
 
     #[test]
