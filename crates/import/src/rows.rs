@@ -54,12 +54,11 @@ pub fn job(text: &str, options: &Options) -> Result<Job, Faults> {
         ];
     lines.extend(match options.has_switches {
         true => vec!["M5".to_owned()],
-        false => vec![
-            format!("G0 Z{lift}"),
-            format!("M3 S{spindle}"),
-            "G4 P1".to_owned(),
-        ],
+        false => vec![format!("G0 Z{lift}")],
     });
+    if !options.has_switches && *spindle > 0 {
+        lines.extend([format!("M3 S{spindle}"), "G4 P1".to_owned()]);
+    }
     let mut is_down = false;
     for Row { way, burns } in rows {
         if is_down != burns {
@@ -210,6 +209,19 @@ mod tests {
         let mut lines = job(text, &options(scale)).unwrap().lines;
         lines.truncate(lines.len() - 3);
         lines.split_off(5)
+    }
+
+    #[test]
+    fn a_spindle_of_speed_zero_is_not_started() {
+        let by_hand = Options {
+            spindle: 0,
+            ..options("1")
+        };
+        let lines = job("10 0 1", &by_hand).unwrap().lines;
+        assert!(
+            !lines.iter().any(|line| line.starts_with("M3 ")),
+            "{lines:?}"
+        );
     }
 
     #[test]

@@ -115,6 +115,18 @@ fn pecks_go_out_of_the_hole_and_back_to_just_above_its_bottom() {
 }
 
 #[test]
+fn a_spindle_of_speed_zero_is_not_started() {
+    let inch = "M48\nINCH\nT1C.03\n%\nT1\nX1.0Y1.0\nM30";
+    let by_hand = Options {
+        spindle: Some(0),
+        ..options()
+    };
+    let lines = lines(&[inch], &by_hand);
+    let starts = |line: &String| line.starts_with("M3 ") || line.starts_with("G4");
+    assert!(!lines.iter().any(starts), "{lines:?}");
+}
+
+#[test]
 fn feeds_of_the_file_are_taken_only_when_wanted_and_clipped() {
     let inch = "M48\nINCH\nT1C.03F200S60\n%\nT1\nX1.0Y1.0\nM30";
     assert!(lines(&[inch], &options()).contains(&"N1 G1 Z-1.8 F120".to_owned()));

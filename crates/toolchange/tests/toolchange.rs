@@ -422,6 +422,21 @@ fn a_laser_is_dark_from_the_message_until_the_tool_is_back() {
 }
 
 #[test]
+fn nothing_turns_or_burns_while_the_lines_of_the_sender_are_collected() {
+    for laser in [0, 1] {
+        let mut memory = Memory::new();
+        let mut session = boot(&mut memory);
+        session.send(format!("$32={laser}\nM3S500\nG1X1F600\nT1M6\nG1X2\n"));
+        session.until(|session| session.pins.position[0] == mm(1));
+        session.wait_ms(20);
+        assert_eq!(session.pins.power, Power::OFF, "$32={laser}");
+        assert_eq!(session.pins.spindle, SpindleOutput::Off, "$32={laser}");
+        let said = session.lines().join(" ");
+        assert!(!said.contains("then ~"), "the lines were collected: {said}");
+    }
+}
+
+#[test]
 fn m6_stands_alone_and_without_the_extension_all_of_it_is_refused_as_grbl_does() {
     let mut memory = Memory::new();
     let mut session = boot(&mut memory);

@@ -41,7 +41,7 @@ pub(in super::super) struct DrillArgs {
     /// Take feeds (F) and speeds (S) of tools from the files where they have them.
     #[arg(long)]
     tool_feeds: bool,
-    /// How fast the spindle turns; without it as fast as $30 allows.
+    /// How fast the spindle turns, 0 if it is switched by hand; without it as fast as $30 allows.
     #[arg(long, value_name = "RPM")]
     spindle: Option<u32>,
     /// Drill the board from its other side: coordinates of this axis change their sign.

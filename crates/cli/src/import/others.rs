@@ -3,7 +3,7 @@
 use super::super::Unusable;
 use super::output::{read, shown, write};
 use super::OutputArgs;
-use clap::Args;
+use clap::{value_parser, Args};
 use leadscrew_import::{print, rows, rp, Faults, Job, Mm};
 use std::path::{Path, PathBuf};
 
@@ -30,10 +30,10 @@ pub(in super::super) struct RpArgs {
     #[arg(long)]
     incremental: bool,
     /// Heat the nozzle to this temperature, and wait for it (M104, M109).
-    #[arg(long, value_name = "CELSIUS")]
+    #[arg(long, value_name = "CELSIUS", value_parser = value_parser!(u16).range(1..=500))]
     nozzle: Option<u16>,
     /// Heat the bed to this temperature, and wait for it (M140, M190).
-    #[arg(long, value_name = "CELSIUS")]
+    #[arg(long, value_name = "CELSIUS", value_parser = value_parser!(u16).range(1..=200))]
     bed: Option<u16>,
 }
 
@@ -56,7 +56,7 @@ pub(in super::super) struct RowsArgs {
     /// How far the tool is lifted between cuts, mm.
     #[arg(long, value_name = "MM", default_value = "2", value_parser = above_zero)]
     lift: Mm,
-    /// Speed of the spindle.
+    /// Speed of the spindle; 0 for a spindle that is switched by hand.
     #[arg(long, value_name = "RPM", default_value = "1000")]
     spindle: u32,
     /// Move the tool down and up between two switches (M3, M5), in place of Z.

@@ -86,7 +86,10 @@ mod tests {
             (0.0, 50.0, false)
         );
         let far = Window::onto(&line_at(200.0), &[]);
-        assert_eq!((far.low[0], far.high[0], far.path_leaves), (198.0, 212.0, true));
+        assert_eq!(
+            (far.low[0], far.high[0], far.path_leaves),
+            (198.0, 212.0, true)
+        );
     }
 
     #[test]

@@ -72,8 +72,8 @@ impl Writer<'_> {
         self.say(format!("G0 Z{clearance}"));
     }
 
-    /// Changes to a bit and starts the spindle. If the job has only one bit, it is in the spindle
-    /// from the start.
+    /// Changes to a bit and starts the spindle, unless its speed is 0: then it is switched by hand.
+    /// If the job has only one bit, it is in the spindle from the start.
     fn take(&mut self, bit: &Bit, holes: usize, is_one_of_many: bool) {
         self.leave_cycle();
         self.say(comment(&format!(
@@ -85,8 +85,10 @@ impl Writer<'_> {
             self.say("M5");
             self.say(format!("T{} M6 {}", bit.number, comment(&name(bit))));
         }
-        self.say(format!("M3 S{}", bit.speed));
-        self.say("G4 P1");
+        if bit.speed > 0 {
+            self.say(format!("M3 S{}", bit.speed));
+            self.say("G4 P1");
+        }
         if is_one_of_many {
             self.say(format!("G0 Z{}", self.options.clearance));
         }

@@ -39,6 +39,9 @@ where
         let Some(origin) = self.activity.line.origin().filter(fits) else {
             return self.refuse_own(Status::InvalidStatement);
         };
+        // The sender's lines are collected first. Nothing turns or burns at rest meanwhile.
+        self.tool.spindle.suspend();
+        self.set_gate();
         let kept = self.keep_further();
         self.activity.aside = Some(Aside {
             call: *call,
