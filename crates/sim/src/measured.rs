@@ -19,7 +19,7 @@ pub const LOAD: u32 = 290;
 pub const LOAD_MOST: u32 = 438;
 
 /// A tick that comes to rest where no segment is left.
-pub const RUN_OUT: u32 = 206;
+pub const RUN_OUT: u32 = 216;
 
 /// From the end of a pulse's time to the fall of the step pins: the shortest.
 pub const PULSE_EDGE: u32 = 37;
@@ -28,7 +28,7 @@ pub const PULSE_EDGE: u32 = 37;
 pub const PULSE_END: u32 = 68;
 
 /// The interrupts of a switch's edge and of the end of its filter's time.
-pub const SWITCHES: u32 = 704;
+pub const SWITCHES: u32 = 703;
 
 /// To receive a byte of a line of 2 Mbaud that never rests.
 pub const BYTE_IN: u32 = 85;
@@ -37,28 +37,28 @@ pub const BYTE_IN: u32 = 85;
 pub const BYTE_OUT: u32 = 70;
 
 /// A turn of the main loop at rest.
-pub const POLL: u32 = 4419;
+pub const POLL: u32 = 4447;
 
 /// A byte taken from the receive queue, or given to the sender.
 pub const BYTE: u32 = 109;
 
 /// A line of seven words, none of them a place, checked and interpreted, and answered.
-pub const LINE: u32 = 665;
+pub const LINE: u32 = 653;
 
 /// A move planned, and its words: in the mean of a thousand.
-pub const PLANNED_MOVE: u32 = 8276;
+pub const PLANNED_MOVE: u32 = 8158;
 
 /// A move that became part of a row of pixels, and its words: in the mean of a thousand.
-pub const PIXEL: u32 = 3161;
+pub const PIXEL: u32 = 3146;
 
 /// To make a segment, and to find no room for the next: in the mean of a thousand moves.
-pub const SEGMENT: u32 = 1612;
+pub const SEGMENT: u32 = 1548;
 
 /// A queued move whose time is added up for a report.
 pub const TIMED: u32 = 3982;
 
 /// A status report.
-pub const REPORT: u32 = 10356;
+pub const REPORT: u32 = 10332;
 
 /// A hundred instructions of the main loop, while a thousand moves are planned.
-pub const HUNDRED_INSTRUCTIONS: u32 = 186;
+pub const HUNDRED_INSTRUCTIONS: u32 = 187;

@@ -178,7 +178,6 @@ impl Stretch {
     }
 
     /// Duration (s) and speed at the end (mm/s), with ramps of limited `jerk`, mm/s³.
-    #[inline(never)] // in firmware it is not worth a copy for each machine
     fn eased(&self, jerk: f32) -> (f32, f32) {
         let limits = Limits {
             acceleration: min(self.up, self.down),
@@ -195,7 +194,6 @@ impl Stretch {
 
     /// The speed nearest to `wanted` at which the ramps fit into the move. `way` answers the length
     /// of the ramps for a speed; at `from` they fit.
-    #[inline(never)]
     fn reached(&self, from: f32, wanted: f32, way: &dyn Fn(f32) -> f32) -> f32 {
         /// Enough for a 65 000th of the difference of the speeds: a slow move after a fast one is
         /// still timed to some thousandths.

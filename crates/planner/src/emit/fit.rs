@@ -69,7 +69,6 @@ const GROWTH: f32 = 1.08;
 ///
 /// `evenness` is the segment's lowest speed as a share of its mean one. It is 0 for a step out of
 /// rest or into rest, whose shortest tick takes a quarter of the mean tick's time.
-#[inline(never)]
 pub(crate) fn smoothing(interval: f32, shortest_tick: f32, evenness: f32) -> Smoothing {
     const LEVELS: [Smoothing; 3] = [Smoothing::None, Smoothing::Twofold, Smoothing::Fourfold];
     let shortest = if evenness < 0.5 {

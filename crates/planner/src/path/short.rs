@@ -112,7 +112,6 @@ impl Motor {
     /// Adds `more` steps of this motor. All motors made `done` steps so far, and `all` steps with
     /// the new piece. Returns whether the motor still passes the ends of all pieces within a step,
     /// and does not turn back.
-    #[inline(never)] // one copy of the code for all motors
     fn lengthen(&mut self, more: i32, done: f32, all: f32) -> bool {
         let end = self.steps as f32;
         self.smallest = max(self.smallest, (end - 1.0) / done);

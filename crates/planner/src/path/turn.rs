@@ -191,7 +191,6 @@ impl<const AXES: usize> Window<AXES> {
     }
 
     /// The turn at a sharp end of a bent piece that is passed at the squared speed `v2`.
-    #[inline(never)] // few pieces are bent
     fn bent_corner(&self, number: u32, v2: f32, limits: &Limits<AXES>) -> Turn<AXES> {
         let (shorter, longer) = self.lengths(number);
         if longer > UNEVEN * shorter {
@@ -205,7 +204,6 @@ impl<const AXES: usize> Window<AXES> {
     }
 
     /// The curvature at the end of a bent piece.
-    #[inline(never)] // few pieces are bent
     fn bent_curve(&self, number: u32, limits: &Limits<AXES>) -> [f32; AXES] {
         let (shorter, _) = self.lengths(number);
         self.curvature(number, min(shorter, FARTHEST), 0.0, limits, &mut [0; 2])

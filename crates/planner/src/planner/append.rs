@@ -261,7 +261,6 @@ where
 
     /// Makes a short move by `delta` steps part of the last queued move, if that is short too and
     /// not planned yet. `None`, and nothing has changed, if one move cannot stand for both.
-    #[inline(never)] // few lines come here
     fn join(&mut self, of: &Move<AXES>, delta: &[i32; MOTORS]) -> Option<()> {
         let short = self.short.as_ref()?;
         let (last, is_planned) = self.queue.last_waiting()?;

@@ -244,7 +244,6 @@ where
     }
 
     /// Makes the next move begin at rest.
-    #[inline(never)]
     fn forget_direction(&mut self) {
         self.last = None;
         self.nominal_before = None;
@@ -336,7 +335,6 @@ where
 
     /// Whether too many moves wait until the turn at their start is known, compared with the number
     /// of planned moves.
-    #[inline(never)] // a second copy would take 0.1 KB of a firmware that is nearly full
     fn too_many_wait(&self) -> bool {
         /// The least number of planned moves for each move that waits.
         const FEW: usize = 64;

@@ -98,7 +98,6 @@ where
     /// If the piece ends at `v2`, its start exceeds `v2` by `gain`. A slower end may allow a faster
     /// start. Such an end is looked for only if the start would be below the squared speed
     /// `enough`.
-    #[inline(never)] // in two places it would take 0.1 KB more of a firmware
     fn best(
         &self,
         piece: &Piece<AXES>,
@@ -119,7 +118,6 @@ where
     /// By how much the squared speed at the start of a part of a move may exceed `v2`, if the part
     /// ends at `v2` or slower. `bends` are the curvatures at its end and at its start. `enough`:
     /// see [`Self::best`].
-    #[inline(never)] // in four places it would take 0.5 KB more of a firmware
     fn gain_over(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,

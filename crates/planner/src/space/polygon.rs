@@ -67,9 +67,6 @@ impl Peak {
     /// rises with `x` and one that falls. (The rising and the falling bound of the same axis cross
     /// at rest.) Its height is computed from the rising bound: on a steep falling one, it would be
     /// a difference of large numbers.
-    ///
-    /// Not inlined, so that it is not unrolled either: 0.7 KB of a firmware.
-    #[inline(never)]
     fn of(bounds: &[Bound]) -> Self {
         let mut peak = Self::NONE;
         for falling in bounds.iter().filter(|bound| bound.slope < 0.0) {
@@ -88,8 +85,7 @@ impl Peak {
 }
 
 /// The bounds of an axis: by its share in the tangent, by the curvature at this end, and by the
-/// curvature at the other end. Not inlined, as [`Peak::of`].
-#[inline(never)]
+/// curvature at the other end.
 fn bound(bounds: &mut [Bound; 3], share: f32, from: f32, to: f32) {
     let one = 1.0f32.copysign(share);
     let [share, from, to] = [share, from, to].map(|part| part * one);
@@ -180,7 +176,6 @@ impl<const AXES: usize> Piece<AXES> {
 
     /// The squared speed at this end for which the other end may be fastest; [`Peak::NONE`] if
     /// there is none.
-    #[inline(never)] // in three places it would take 0.4 KB more of a firmware
     pub(crate) fn peak(&self, from: &[f32], to: &[f32], rise: Rise) -> Peak {
         let per_length = rise.sign() * 0.5 / self.length;
         let falls = |(q, from): (&f32, &f32)| {

@@ -242,7 +242,6 @@ impl StepsPerMm {
     }
 
     /// The exact number of steps at `coordinate`, rounded half away from zero; `None` beyond `i32`.
-    #[inline(never)] // one copy of the code for up to six motors
     pub fn steps(self, coordinate: Coordinate) -> Option<i32> {
         let product = u128::from(coordinate.0.unsigned_abs()) * u128::from(self.0);
         // A comparison of the upper half excludes large excesses with less work than one of 128
@@ -260,7 +259,6 @@ impl StepsPerMm {
     /// A long division in base 1000. Its first quotient has nine of the 18 decimals of 10¹⁸. Each
     /// remainder is less than the scale, below 2⁵⁴, so that a thousand times the remainder fits 64
     /// bits.
-    #[inline(never)] // one copy of the code for all motors: it is called seldom
     pub fn coordinate(self, steps: i32) -> Coordinate {
         if self.0 == 0 {
             return Coordinate::ZERO;

@@ -113,7 +113,6 @@ impl SCurve {
     }
 
     /// Speed (steps/s) and acceleration (steps/s², signed) at a place.
-    #[inline(never)] // in firmware it is not worth a copy for each use
     pub fn motion(&self, place: Place) -> (f32, f32) {
         let (x, y) = self.ends(place);
         if y < self.down.length() {

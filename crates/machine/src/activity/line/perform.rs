@@ -413,7 +413,6 @@ where
 
     /// Notes the spindle's state for the moves planned from now on. A spindle that
     /// [`crate::tool::Spindle::stand`] has stopped turns again.
-    #[inline(never)]
     pub(crate) fn want_spindle(&mut self, spindle: Spindle) {
         if spindle.rotation == Rotation::Off {
             self.tool.dead_man = DeadMan::Dark;

@@ -279,7 +279,6 @@ impl<const MOTORS: usize> Running<MOTORS> {
     ///
     /// An override may ask for a lower exit speed than can still be reached. Then the corner's own
     /// limit bounds the exit speed: the plan before the override kept that limit.
-    #[inline(never)] // has two callers: in firmware a second copy is not worth its space
     fn to_end(&self, aim: Aim) -> Path {
         let per_mm = self.steps_per_mm;
         let [exit_v2, corner_v2] = [aim.exit_v2, aim.corner_v2].map(|v2| v2 * per_mm * per_mm);

@@ -280,7 +280,6 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// Begins to hand out in parts the rest of the next step event, or a span of it. `None` where
     /// that rest takes no longer than a segment may and no motor needs parts, or ticks would be too
     /// close.
-    #[inline(never)]
     fn first_part(&self, timing: Timing) -> Option<Parts<MOTORS>> {
         let (rest, way) = (self.span(1.0), self.progress.way);
         let room = ROOM * timing.shortest_tick;
@@ -349,7 +348,6 @@ impl<const MOTORS: usize> Running<MOTORS> {
     }
 
     /// Hands out the next part.
-    #[inline(never)]
     fn part(&mut self, parts: Parts<MOTORS>, timing: Timing, carry: &mut Carry) -> Piece {
         let next = parts.next(timing.shortest_tick);
         let (motors, end) = next.unwrap_or((parts.left, parts.seconds));
