@@ -232,7 +232,7 @@ impl<'a> Trial<'a> {
         self.banners = self.wires.banners();
     }
 
-    /// Sends bytes on the line that never waits. Answers the bytes that come on it within `millis`.
+    /// Sends bytes on the line that never waits. Returns the bytes that come on it within `millis`.
     fn ask(&mut self, bytes: &[u8], millis: u64) -> String {
         let [heard, _] = self.ask_on(&[0], bytes, millis);
         heard

@@ -41,7 +41,7 @@ fn table() -> BTreeMap<String, String> {
     rows.collect()
 }
 
-/// Runs a job with its settings. Answers the fault of the run, if it has one.
+/// Runs a job with its settings. Returns the fault of the run, if it has one.
 fn complaint(job: &str, settings: &str, seconds: f64) -> Option<String> {
     let read = |path: PathBuf| fs::read_to_string(path).unwrap();
     let settings = read(folder().join("settings").join(settings));

@@ -110,7 +110,7 @@ fn a_row_that_asks_for_too_many_pixels_a_second_is_slowed_down() {
 
 /// Burns pixels of `size` µm at 450 mm/s, at 80 steps/mm, with powers from a tenth to full power in
 /// random order. Compares the exposure of each with duty times time, from the step edge at which
-/// the pixel begins to its last one. Answers the worst relative error.
+/// the pixel begins to its last one. Returns the worst relative error.
 fn worst_exposure(size: u32) -> f64 {
     let count = 80_000 / size;
     let grey = |k: u32| 100 + (k.wrapping_mul(2_654_435_761) >> 16) % 901;

@@ -292,7 +292,7 @@ impl<'a, K: Kinematics<N, N> + Clone, const N: usize> Session<'a, K, N> {
         std::mem::take(&mut self.desk.0[line].heard)
     }
 
-    /// Sends `text` on line 0 and waits until nothing moves. Answers the lines heard on it.
+    /// Sends `text` on line 0 and waits until nothing moves. Returns the lines heard on it.
     pub fn say(&mut self, text: &str) -> Vec<String> {
         self.send(0, text);
         self.until_quiet();
@@ -326,7 +326,7 @@ impl<'a, K: Kinematics<N, N> + Clone, const N: usize> Session<'a, K, N> {
         assert_eq!(answers.alarm, None);
     }
 
-    /// Ends the session without any check. Answers all step events.
+    /// Ends the session without any check. Returns all step events.
     pub fn into_steps(self) -> Vec<StepEvent> {
         self.sim.take().finish().1.steps
     }

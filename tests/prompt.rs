@@ -76,7 +76,7 @@ fn situations() -> Vec<Situation> {
     ]
 }
 
-/// Runs a situation's program and sends `byte` after the given time, µs. Answers when the byte
+/// Runs a situation's program and sends `byte` after the given time, µs. Returns when the byte
 /// came, and all step events.
 fn run(situation: &Situation, lead_us: u64, byte: Option<(u64, u8)>) -> (Cycle, Vec<StepEvent>) {
     let setup = setup::<3>(1);

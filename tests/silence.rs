@@ -37,7 +37,7 @@ fn is_lit(session: &Desk<'_>) -> bool {
     session.sim.board().power() > Power::OFF
 }
 
-/// Sends text on a line and waits half a second. Answers the lines heard on that line.
+/// Sends text on a line and waits half a second. Returns the lines heard on that line.
 fn say(session: &mut Desk<'_>, line: usize, text: &str) -> Vec<String> {
     session.send(line, text);
     session.wait_us(SECOND / 2);

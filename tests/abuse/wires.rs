@@ -70,7 +70,7 @@ impl Wires {
         self.0.iter().any(lines)
     }
 
-    /// Drops the bytes that wait to be sent. Answers where the next output begins on each line.
+    /// Drops the bytes that wait to be sent. Returns where the next output begins on each line.
     pub(super) fn begin(&mut self) -> [usize; LINES] {
         self.0.each_mut().map(Wire::begin)
     }

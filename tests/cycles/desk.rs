@@ -120,7 +120,7 @@ impl Host for Sender {
     }
 }
 
-/// Runs a program up to its first error. Answers the events and the number of the error.
+/// Runs a program up to its first error. Returns the events and the number of the error.
 pub(crate) fn run(program: &[String]) -> (Vec<Event>, Option<u32>) {
     let setup = setup::<3>(1);
     let mut memory = Memory::new(&setup);

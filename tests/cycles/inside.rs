@@ -25,7 +25,7 @@ fn with_machine(then: impl FnOnce(&mut Desk<'_>)) {
     session.finish();
 }
 
-/// Waits until the lines under way are done. Answers how long they take, s.
+/// Waits until the lines under way are done. Returns how long they take, s.
 fn seconds(session: &mut Desk<'_>) -> f64 {
     let begun = session.sim.now().seconds();
     session.until_quiet();

@@ -203,7 +203,7 @@ fn a_report_is_answered_within_five_milliseconds_in_every_situation() {
     }
 }
 
-/// Waits for the report that was asked for at `asked`. Answers how many µs later it began, and all
+/// Waits for the report that was asked for at `asked`. Returns how many µs later it began, and all
 /// lines heard from then on.
 fn report_begins(session: &mut Desk<'_>, asked: Cycle, byte_time: u64) -> (u64, Vec<String>) {
     let mut heard = Vec::new();

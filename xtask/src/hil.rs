@@ -53,7 +53,7 @@ fn sources() -> String {
     named.map_or("without git".into(), |name| name.trim().to_owned())
 }
 
-/// Builds the self-test's image. Answers its path.
+/// Builds the self-test's image. Returns its path.
 fn image(baud: &str) -> Result<PathBuf, Failure> {
     let variables = [(BOARD, BOARD_FILE), ("LEADSCREW_BAUD", baud)];
     let elf = fw::build_with(&Toolchain::find()?, &[], &variables)?;

@@ -60,7 +60,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
 /// The name of the files' folder, in the folder of the profile's results.
 const FOLDER: &str = "release";
 
-/// Makes the files in `folder`. Answers their names.
+/// Makes the files in `folder`. Returns their names.
 fn make(names: &[String], folder: &Path) -> Result<Vec<String>, Failure> {
     let toolchain = Toolchain::find()?;
     fs::create_dir_all(folder).map_err(Failure::file(folder))?;
@@ -99,7 +99,7 @@ fn images() -> Vec<(&'static str, Variables)> {
     boards.into_iter().chain(records).collect()
 }
 
-/// Makes the files once more, from a copy of the repository's files. Answers the folder with the
+/// Makes the files once more, from a copy of the repository's files. Returns the folder with the
 /// results.
 fn make_in_copy(names: &[String]) -> Result<PathBuf, Failure> {
     // The copy must not be below this repository: cargo would read its settings from there as well.

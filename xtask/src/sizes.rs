@@ -36,7 +36,7 @@ pub(crate) fn of(elf: &Path) -> Result<Sizes, Failure> {
     ]))
 }
 
-/// Prints all sizes on standard output. Answers a message for each size above its limit.
+/// Prints all sizes on standard output. Returns a message for each size above its limit.
 ///
 /// # Errors
 /// When the limits cannot be read.

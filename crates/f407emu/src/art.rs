@@ -66,7 +66,7 @@ impl Art {
         address >> 4 == self.current
     }
 
-    /// Reads the line of an instruction at cycle `now`. Answers how many cycles the core waits for
+    /// Reads the line of an instruction at cycle `now`. Returns how many cycles the core waits for
     /// it.
     pub(crate) fn fetch(&mut self, address: u32, acr: u32, now: u64) -> u64 {
         let line = address >> 4;
@@ -90,7 +90,7 @@ impl Art {
         wait
     }
 
-    /// Reads a constant in the flash. Answers how many cycles the core waits for it.
+    /// Reads a constant in the flash. Returns how many cycles the core waits for it.
     pub(crate) fn read(&mut self, address: u32, acr: u32) -> u64 {
         let line = address >> 4;
         if line == self.current_data {

@@ -56,12 +56,12 @@ impl<const N: usize> Block<N> {
         Ok(block)
     }
 
-    /// Answers the words from left to right, the line number among them.
+    /// Returns the words from left to right, the line number among them.
     pub fn words(&self) -> &[Word] {
         &self.words
     }
 
-    /// Answers the line number: the value of the first N word. It is not checked, and may be
+    /// Returns the line number: the value of the first N word. It is not checked, and may be
     /// negative or have a fraction.
     pub fn line_number(&self) -> Option<Number> {
         self.words
@@ -70,18 +70,18 @@ impl<const N: usize> Block<N> {
             .map(Word::value)
     }
 
-    /// Answers whether a `/` opens the line: a machine with block delete switched on skips such
+    /// Returns whether a `/` opens the line: a machine with block delete switched on skips such
     /// lines.
     pub fn is_deleted(&self) -> bool {
         self.deleted
     }
 
-    /// Answers whether the line is a lone `%`, which opens and closes a program.
+    /// Returns whether the line is a lone `%`, which opens and closes a program.
     pub fn is_demarcation(&self) -> bool {
         self.demarcation
     }
 
-    /// Answers the checksum that ended the line, if there was one. [`parse`] has compared it with
+    /// Returns the checksum that ended the line, if there was one. [`parse`] has compared it with
     /// the line.
     pub fn checksum(&self) -> Option<u8> {
         self.checksum
@@ -95,7 +95,7 @@ impl<const N: usize> Block<N> {
         })
     }
 
-    /// Reads the `%` or the checksum that ends the words. Answers `error` where neither is there.
+    /// Reads the `%` or the checksum that ends the words. Returns `error` where neither is there.
     fn end(mut self, line: &[u8], error: Error) -> Result<Self, Error> {
         let (before, rest) = line.split_at_checked(error.column).unwrap_or((line, &[]));
         let bare = self.words.is_empty() && !self.deleted;

@@ -33,7 +33,7 @@ pub fn words(line: &[u8]) -> Words<'_> {
     }
 }
 
-/// Reads the number that a text begins with, as after the `$` and the `=` of a setting; answers
+/// Reads the number that a text begins with, as after the `$` and the `=` of a setting; returns
 /// the text after it, too.
 ///
 /// # Errors
@@ -140,7 +140,7 @@ pub(crate) fn locate(error: nom::Err<Fault>, length: usize) -> Error {
     }
 }
 
-/// Reads over the gap and the `/` that may open the line; answers whether there was a `/`.
+/// Reads over the gap and the `/` that may open the line; returns whether there was a `/`.
 #[inline]
 pub(crate) fn block_delete(line: &[u8]) -> (&[u8], bool) {
     let start = skip_gap(line);
@@ -161,7 +161,7 @@ pub(crate) fn word(input: &[u8]) -> Parsed<'_, (Letter, Number)> {
     Ok((rest, (letter, number)))
 }
 
-/// Answers whether this is `%` and nothing else.
+/// Returns whether this is `%` and nothing else.
 pub(crate) fn is_demarcation(input: &[u8]) -> bool {
     delimited(byte(|byte| byte == b'%'), gap, eof::<_, Fault>)
         .parse(input)
@@ -260,7 +260,7 @@ pub(crate) fn number(input: &[u8]) -> Parsed<'_, Number> {
     ))
 }
 
-/// Reads a sign and the gap after it; answers whether it was a minus.
+/// Reads a sign and the gap after it; returns whether it was a minus.
 fn sign(input: &[u8]) -> (&[u8], bool) {
     match input {
         [b'-', rest @ ..] => (skip_gap(rest), true),
@@ -281,7 +281,7 @@ fn no_digits(input: &[u8], rest: &[u8]) -> nom::Err<Fault> {
 }
 
 /// Hands all digits to `push`, from left to right, and skips the gaps between and after them;
-/// answers how many digits.
+/// returns how many digits.
 fn digits(mut input: &[u8], mut push: impl FnMut(u32)) -> (&[u8], usize) {
     let mut count = 0;
     while let [byte, rest @ ..] = input {

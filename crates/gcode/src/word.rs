@@ -14,19 +14,19 @@ pub struct Word {
 }
 
 impl Word {
-    /// Answers the letter.
+    /// Returns the letter.
     #[inline]
     pub const fn letter(&self) -> Letter {
         self.letter
     }
 
-    /// Answers the number after the letter.
+    /// Returns the number after the letter.
     #[inline]
     pub const fn value(&self) -> Number {
         self.value
     }
 
-    /// Answers the offset of the letter in its line, in bytes from 0.
+    /// Returns the offset of the letter in its line, in bytes from 0.
     #[inline]
     pub const fn column(&self) -> usize {
         self.column
@@ -60,7 +60,7 @@ macro_rules! letters {
             /// All letters in order: `ALL[letter as usize] == letter`.
             pub const ALL: [Self; 26] = [$(Self::$letter),*];
 
-            /// Answers the letter that this byte is in ASCII, capital or small.
+            /// Returns the letter that this byte is in ASCII, capital or small.
             #[inline]
             pub const fn from_byte(byte: u8) -> Option<Self> {
                 // The bit in which ASCII capitals and small letters differ.
@@ -79,7 +79,7 @@ letters! {
 }
 
 impl Letter {
-    /// Answers the capital letter.
+    /// Returns the capital letter.
     pub const fn as_char(self) -> char {
         (b'A' + self as u8) as char
     }
@@ -137,13 +137,13 @@ impl Number {
         Self(int as i64 * ONE as i64)
     }
 
-    /// Answers the number as a count of 10⁻⁹, exactly.
+    /// Returns the number as a count of 10⁻⁹, exactly.
     #[inline]
     pub const fn nanos(self) -> i64 {
         self.0
     }
 
-    /// Answers the whole part: rounded toward zero.
+    /// Returns the whole part: rounded toward zero.
     ///
     /// From 0 to 2198, which is every G, M or T word that exists, this is one hardware division.
     #[inline]
@@ -155,7 +155,7 @@ impl Number {
         }
     }
 
-    /// Answers the nearest `f32`, ties to even, as `str::parse::<f32>` does for the same digits.
+    /// Returns the nearest `f32`, ties to even, as `str::parse::<f32>` does for the same digits.
     ///
     /// Uses neither 64-bit division nor double precision: an n of 63 bits is divided by 5⁹ as on
     /// paper, in three digits of 11, 11 and 8 bits, which gives more bits than an `f32` holds. The

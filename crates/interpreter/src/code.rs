@@ -109,7 +109,7 @@ impl Code {
         self.whole
     }
 
-    /// Answers the command that takes the axis words because of this G word. Asked before the word
+    /// Returns the command that takes the axis words because of this G word. Asked before the word
     /// is known to exist.
     pub(super) const fn claims(self, dialect: &Dialect) -> Option<AxisCommand> {
         match self.whole {
@@ -123,7 +123,7 @@ impl Code {
         }
     }
 
-    /// Answers whether a jog may have this number as a G word.
+    /// Returns whether a jog may have this number as a G word.
     pub(super) fn may_be_in_jogs(self) -> bool {
         match self.g(&Dialect::GRBL) {
             Ok(GWord::NonModal(command)) => command == NonModal::MachineCoordinates,
@@ -132,7 +132,7 @@ impl Code {
         }
     }
 
-    /// Answers the meaning of this number as a G word, on a machine with this dialect.
+    /// Returns the meaning of this number as a G word, on a machine with this dialect.
     #[inline]
     pub(super) fn g(self, dialect: &Dialect) -> Result<GWord, Status> {
         match self.hundredths {
@@ -205,7 +205,7 @@ impl Code {
         })
     }
 
-    /// Answers the status of a fraction that means nothing: [`Status::NotWhole`] if the number
+    /// Returns the status of a fraction that means nothing: [`Status::NotWhole`] if the number
     /// exists without a fraction and never has one in G-code, otherwise
     /// [`Status::UnsupportedCommand`].
     fn not_whole(self, dialect: &Dialect) -> Status {
@@ -216,12 +216,12 @@ impl Code {
         }
     }
 
-    /// Answers the number, if it is a whole one of 0 to 255.
+    /// Returns the number, if it is a whole one of 0 to 255.
     pub(super) fn exact(self) -> Option<u8> {
         (self.hundredths == 0).then_some(self.whole)
     }
 
-    /// Answers the meaning of this number as an M word, on a machine with this dialect.
+    /// Returns the meaning of this number as an M word, on a machine with this dialect.
     pub(super) fn m(self, dialect: &Dialect) -> Result<MWord, Status> {
         if self.hundredths != 0 {
             return Err(Status::NotWhole);

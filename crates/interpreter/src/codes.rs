@@ -23,7 +23,7 @@ macro_rules! codes {
             /// All codes but the codes of extensions, by rising number.
             pub const ALL: &'static [Self] = &[$(Self::$variant),*];
 
-            /// Answers the number that is sent.
+            /// Returns the number that is sent.
             pub const fn number(self) -> u8 {
                 match self {
                     $(Self::$variant => $number,)*
@@ -36,7 +36,7 @@ macro_rules! codes {
                 Self::ALL.iter().copied().find(|code| code.number() == number)
             }
 
-            /// Answers the event, in a few words without a full stop; nothing for an extension's.
+            /// Returns the event, in a few words without a full stop; nothing for an extension's.
             pub const fn text(self) -> &'static str {
                 match self {
                     $(Self::$variant => $text,)*
@@ -44,7 +44,7 @@ macro_rules! codes {
                 }
             }
 
-            /// Answers the cause and the remedy, in whole sentences; nothing for an extension's.
+            /// Returns the cause and the remedy, in whole sentences; nothing for an extension's.
             pub const fn explanation(self) -> &'static str {
                 match self {
                     $(Self::$variant => $explanation,)*

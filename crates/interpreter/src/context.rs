@@ -57,7 +57,7 @@ impl Dialect {
     };
 }
 
-/// Answers the length of the tool with this number, or for `None` the length of the tool in the
+/// Returns the length of the tool with this number, or for `None` the length of the tool in the
 /// spindle. The answer is `None` where there is no such tool.
 type LengthOf<'a> = dyn Fn(Option<u8>) -> Option<Coordinate> + 'a;
 
@@ -119,7 +119,7 @@ impl<'a> OwnCodes<'a> {
         Self(Some(own))
     }
 
-    /// Notes the M code of this number; answers whether there is such a code.
+    /// Notes the M code of this number; returns whether there is such a code.
     pub(super) fn take(self, code: u8) -> bool {
         let Some((own, known)) = self.0.and_then(|own| Some((own, (own.find)(code)?))) else {
             return false;

@@ -27,7 +27,7 @@ pub enum Motion {
 }
 
 impl Motion {
-    /// Answers whether a laser may be on: in G1, G2 and G3 only.
+    /// Returns whether a laser may be on: in G1, G2 and G3 only.
     pub const fn is_cutting(self) -> bool {
         match self {
             Self::Feed | Self::Arc(_) => true,
@@ -35,7 +35,7 @@ impl Motion {
         }
     }
 
-    /// Answers whether the motion needs a feed rate: all but G0 and G80.
+    /// Returns whether the motion needs a feed rate: all but G0 and G80.
     pub const fn needs_feed(self) -> bool {
         match self {
             Self::Feed | Self::Arc(_) | Self::Probe(_) | Self::Cycle(_) => true,
@@ -111,7 +111,7 @@ pub enum Plane {
 }
 
 impl Plane {
-    /// Answers the plane's axes, X = 0, in the order in which a counterclockwise turn goes from one
+    /// Returns the plane's axes, X = 0, in the order in which a counterclockwise turn goes from one
     /// to the other.
     pub const fn axes(self) -> (usize, usize) {
         match self {
@@ -121,7 +121,7 @@ impl Plane {
         }
     }
 
-    /// Answers the axis across the plane, X = 0: the tool of a canned cycle goes along it.
+    /// Returns the axis across the plane, X = 0: the tool of a canned cycle goes along it.
     pub const fn across(self) -> usize {
         match self {
             Self::Xy => 2,
@@ -362,7 +362,7 @@ impl Default for ModalState {
 }
 
 impl ModalState {
-    /// Answers the state after M2 or M30: units, feed, speed, tool and parking stay, motion becomes
+    /// Returns the state after M2 or M30: units, feed, speed, tool and parking stay, motion becomes
     /// G1, and all other modes are as after power-up.
     #[must_use]
     pub(super) fn after_program_end(self) -> Self {

@@ -36,7 +36,7 @@ impl<const AXES: usize> Offsets<AXES> {
         }
     }
 
-    /// Answers an offset that outlasts power.
+    /// Returns an offset that outlasts power.
     pub fn get(&self, id: OffsetId) -> &[Coordinate; AXES] {
         match id {
             OffsetId::Work(system) => self.system(system),
@@ -45,17 +45,17 @@ impl<const AXES: usize> Offsets<AXES> {
         }
     }
 
-    /// Answers the G92 offset, forgotten by a reset.
+    /// Returns the G92 offset, forgotten by a reset.
     pub fn g92(&self) -> &[Coordinate; AXES] {
         &self.g92
     }
 
-    /// Answers the tool length offset along Z, forgotten by a reset.
+    /// Returns the tool length offset along Z, forgotten by a reset.
     pub fn tool_length(&self) -> Coordinate {
         self.tool_length
     }
 
-    /// Answers the sum of all offsets in force while `system` is selected: `WCO` of reports.
+    /// Returns the sum of all offsets in force while `system` is selected: `WCO` of reports.
     pub fn work_offset(&self, system: WorkSystem) -> [Coordinate; AXES] {
         let mut sum = self.without_g92(system);
         for (sum, g92) in sum.iter_mut().zip(&self.g92) {
@@ -77,7 +77,7 @@ impl<const AXES: usize> Offsets<AXES> {
         sum
     }
 
-    /// Answers the sum of all offsets in force except G92.
+    /// Returns the sum of all offsets in force except G92.
     pub(super) fn without_g92(&self, system: WorkSystem) -> [Coordinate; AXES] {
         let mut sum = *self.system(system);
         if let Some(sum) = sum.get_mut(TOOL_AXIS) {
@@ -86,7 +86,7 @@ impl<const AXES: usize> Offsets<AXES> {
         sum
     }
 
-    /// Answers the sum of all offsets in force except the origin of the work coordinate system.
+    /// Returns the sum of all offsets in force except the origin of the work coordinate system.
     pub(super) fn without_system(&self) -> [Coordinate; AXES] {
         from_fn(|axis| {
             let g92 = self.g92.get(axis).copied().unwrap_or_default();

@@ -40,7 +40,7 @@ impl<const AXES: usize> Interpreter<AXES> {
         self.work_offset = self.offsets.work_offset(self.modal.system);
     }
 
-    /// Answers the modal state.
+    /// Returns the modal state.
     pub fn modal(&self) -> &ModalState {
         &self.modal
     }
@@ -55,19 +55,19 @@ impl<const AXES: usize> Interpreter<AXES> {
         self.modal.rotation = Rotation::Off;
     }
 
-    /// Answers the offsets.
+    /// Returns the offsets.
     pub fn offsets(&self) -> &Offsets<AXES> {
         &self.offsets
     }
 
-    /// Answers the work offset for the next line. Reports show the offset of the last
+    /// Returns the work offset for the next line. Reports show the offset of the last
     /// [`Command::WorkOffset`](super::Command::WorkOffset) that was carried out, which may be an
     /// older one.
     pub fn work_offset(&self) -> &[Coordinate; AXES] {
         &self.work_offset
     }
 
-    /// Answers where the last command ends, machine coordinates.
+    /// Returns where the last command ends, machine coordinates.
     pub fn position(&self) -> &[Coordinate; AXES] {
         &self.position
     }

@@ -65,7 +65,7 @@ fn config(corner_rule: CornerRule) -> Config<AXES> {
     }
 }
 
-/// Takes a line from its bytes to its planned moves; answers how many they are.
+/// Takes a line from its bytes to its planned moves; returns how many they are.
 #[inline(never)]
 fn plan_line(bytes: &[u8], interpreter: &mut Interpreter<AXES>, queue: &mut Queue<'_>) -> u32 {
     let mut reader = LineReader::<128>::new(GRBL_LINE_LENGTH);

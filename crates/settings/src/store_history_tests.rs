@@ -64,7 +64,7 @@ fn carry_out(
     (done, new)
 }
 
-/// Power comes back; answers the values that are read then.
+/// Power comes back; returns the values that are read then.
 fn boot(flash: &mut MockFlash) -> (Records, Values) {
     flash.restart();
     let (mut records, _) = mounted(flash);

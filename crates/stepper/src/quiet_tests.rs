@@ -90,7 +90,7 @@ fn segments(delta: [i32; 3], cuts: &[(u16, usize, bool)], change: i32) -> Vec<Se
     all
 }
 
-/// Runs the segments to rest; answers the pins, and how many calls were skipped. At most `most`
+/// Runs the segments to rest; returns the pins, and how many calls were skipped. At most `most`
 /// calls are skipped at a time.
 fn run(segments: &[Segment<3>], most: u32) -> (Pins, u32) {
     let mut queue: Queue<Segment<3>, 512> = Queue::new();

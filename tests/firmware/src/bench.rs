@@ -153,7 +153,7 @@ impl Bench {
         self.plant = plant;
     }
 
-    /// Sets an input in a few cycles. Answers the cycle of the edge.
+    /// Sets an input in a few cycles. Returns the cycle of the edge.
     pub(crate) fn set(&mut self, pin: Pin, level: bool) -> u64 {
         let edge = self.machine.cycle() + 100;
         self.machine.pin_at(edge, pin, level);
@@ -218,7 +218,7 @@ impl Bench {
         lines
     }
 
-    /// Waits for a line. Answers all lines heard up to it.
+    /// Waits for a line. Returns all lines heard up to it.
     pub(crate) fn hear_until(
         &mut self,
         seconds: f64,

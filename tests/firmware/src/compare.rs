@@ -45,7 +45,7 @@ pub(crate) fn same_ways(ours: &[Step], planned: &[Planned]) -> Result<(), Failur
 }
 
 /// Checks that every motor makes the same steps in the same directions, and that motion takes as
-/// long within the share `tolerance`. Answers the ratio of the times.
+/// long within the share `tolerance`. Returns the ratio of the times.
 pub(crate) fn in_path(ours: &[Step], planned: &[Planned], tolerance: f64) -> Result<f64, Failure> {
     same_ways(ours, planned)?;
     let time = span(ours.iter().map(|step| step.due));

@@ -159,7 +159,7 @@ fn run(tasks: &[Task<'_>]) -> Result<(), Failure> {
 /// The tasks left to do.
 type Queue<'a, 'b> = Mutex<std::iter::Enumerate<std::slice::Iter<'a, Task<'b>>>>;
 
-/// Takes tasks until none is left. Answers the index of each, and whether it held.
+/// Takes tasks until none is left. Returns the index of each, and whether it held.
 fn work(queue: &Queue<'_, '_>) -> Vec<(usize, bool)> {
     let mut held = Vec::new();
     loop {

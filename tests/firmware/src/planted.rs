@@ -326,7 +326,7 @@ impl Planted {
             .filter(move |check| found_by.contains(&check.name))
     }
 
-    /// Runs a check on the firmware with this fault. Answers what the check found.
+    /// Runs a check on the firmware with this fault. Returns what the check found.
     ///
     /// # Errors
     /// The check found nothing.

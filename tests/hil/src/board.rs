@@ -70,7 +70,7 @@ impl<'a> Board<'a> {
         Ok(())
     }
 
-    /// Waits for a line. Answers all lines heard up to it.
+    /// Waits for a line. Returns all lines heard up to it.
     pub(crate) fn hear_until(
         &mut self,
         seconds: f64,

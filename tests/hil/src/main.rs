@@ -110,7 +110,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Does the task. Answers whether everything holds.
+/// Does the task. Returns whether everything holds.
 fn run(request: &Request) -> Result<bool, Failure> {
     let wires = Wires::read()?;
     let report = match &request.task {
@@ -170,7 +170,7 @@ fn measure(link: &mut dyn Link, is_emulated: bool) -> Result<Report, Failure> {
     })
 }
 
-/// Runs the check for each planted fault. Answers whether all faults are found.
+/// Runs the check for each planted fault. Returns whether all faults are found.
 fn find_planted(elf: &[u8], wires: &Wires) -> Result<bool, Failure> {
     let mut all = true;
     for planted in PLANTED {

@@ -147,7 +147,7 @@ pub(crate) const PLANTED: &[Planted] = &[
 ];
 
 impl Planted {
-    /// Plants the fault and runs the check that must find it. Answers the first row that does not
+    /// Plants the fault and runs the check that must find it. Returns the first row that does not
     /// hold.
     ///
     /// # Errors

@@ -114,7 +114,7 @@ impl Watch {
         }
     }
 
-    /// Sends a line. Answers whether it was accepted.
+    /// Sends a line. Returns whether it was accepted.
     fn say(&mut self, line: &str) -> io::Result<bool> {
         writeln!(self.to, "{line}")?;
         loop {

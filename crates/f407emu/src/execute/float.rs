@@ -100,7 +100,7 @@ impl Machine {
         f32::from_bits(self.s(register))
     }
 
-    /// Stores a bit pattern in a register. Answers its cost, one cycle.
+    /// Stores a bit pattern in a register. Returns its cost, one cycle.
     fn keep(&mut self, sd: u8, bits: u32) -> u32 {
         self.set_s(sd, bits);
         1

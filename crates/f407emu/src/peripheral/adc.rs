@@ -132,7 +132,7 @@ impl Adc {
         }
     }
 
-    /// Writes the register at `offset` from 0x40012000. Answers whether the program asks for
+    /// Writes the register at `offset` from 0x40012000. Returns whether the program asks for
     /// something that is not modelled.
     pub(crate) fn write(&mut self, offset: u32, value: u32, clock: Clock) -> bool {
         self.end_group(clock.now);

@@ -34,7 +34,7 @@ pub struct Cycle {
 }
 
 impl Cycle {
-    /// Answers two opposite corners of the box in which the cycle stays once it is over its first
+    /// Returns two opposite corners of the box in which the cycle stays once it is over its first
     /// hole. `end`: where the cycle ends.
     pub fn corners<const AXES: usize>(&self, end: &[Coordinate; AXES]) -> [[Coordinate; AXES]; 2] {
         let top = self.clear.max(self.level(end));

@@ -23,7 +23,7 @@ pub enum CycleKind {
 }
 
 impl CycleKind {
-    /// Answers the cycle of a G number.
+    /// Returns the cycle of a G number.
     pub(crate) const fn from_code(whole: u8) -> Option<Self> {
         Some(match whole {
             73 => Self::ChipBreak,
@@ -37,7 +37,7 @@ impl CycleKind {
         })
     }
 
-    /// Answers its G number.
+    /// Returns its G number.
     pub const fn code(self) -> u8 {
         match self {
             Self::ChipBreak => 73,

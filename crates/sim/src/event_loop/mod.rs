@@ -217,7 +217,7 @@ where
         self.now
     }
 
-    /// Answers how many bytes of a line were lost since power-up because the sender had sent more
+    /// Returns how many bytes of a line were lost since power-up because the sender had sent more
     /// than the receive buffer holds; 0 for a line that is not there.
     pub fn lost_bytes(&self, line: usize) -> u32 {
         self.receivers.get(line).map_or(0, Receiver::lost_bytes)

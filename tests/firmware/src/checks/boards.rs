@@ -58,7 +58,7 @@ const EQUAL: &str = "$0=5\n$100=250\n$101=250\n$102=250\n$110=1000\n$111=1000\n$
 const TOGETHER: &str = "G91G1X10Y10Z10F900\n";
 
 /// Runs two queued jobs that must agree to the tick: a recorded one, and one that steps all motors
-/// at once. Answers the sentence for the report.
+/// at once. Returns the sentence for the report.
 fn ensure_traces(
     build: &Build,
     kinematics: impl Kinematics<3, 3> + Clone,

@@ -229,7 +229,7 @@ fn send(text: &str) -> impl FnOnce(&mut Bench) -> Result<(), Failure> + '_ {
     |bench| Stream::new(text).send_all(bench)
 }
 
-/// Asks for [`REPORTS`] status reports. Answers the number of their bytes.
+/// Asks for [`REPORTS`] status reports. Returns the number of their bytes.
 fn ask(bench: &mut Bench) -> Result<usize, Failure> {
     let mut bytes = 0;
     for _ in 0..REPORTS {
@@ -309,7 +309,7 @@ fn of_main_loop(firmware: &Firmware) -> Result<Vec<Cost>, Failure> {
     ])
 }
 
-/// Measures a rest, and then bytes without a gap. Answers the cycles of a byte in and of a byte
+/// Measures a rest, and then bytes without a gap. Returns the cycles of a byte in and of a byte
 /// out.
 fn of_bytes(bench: &mut Bench, work: &mut Work) -> Result<(u64, u64), Failure> {
     let rest = Spent::on(bench, |bench| bench.run_for(0.5))?;
@@ -371,7 +371,7 @@ fn of_motion(bench: &mut Bench, work: &mut Work) -> Result<Motion, Failure> {
     })
 }
 
-/// Measures a thousand pixels of a row. Answers the cycles of one.
+/// Measures a thousand pixels of a row. Returns the cycles of one.
 fn of_a_row(bench: &mut Bench, work: &Work) -> Result<u64, Failure> {
     let row = lines(|number| {
         let (x, power) = (number as f64 * 0.05, 100 + number * 37 % 900);

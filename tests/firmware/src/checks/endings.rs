@@ -87,7 +87,7 @@ const ENDINGS: [Ending; 7] = [
     },
 ];
 
-/// Makes the event happen in full motion. Answers how long steps and laser went on, µs.
+/// Makes the event happen in full motion. Returns how long steps and laser went on, µs.
 fn end(build: &Build, ending: &Ending, seconds: f64) -> Result<(f64, f64), Failure> {
     let mut bench = moving(build, seconds)?;
     bench.cold();

@@ -77,7 +77,7 @@ fn sum<const MOTORS: usize>(one: [i64; MOTORS], other: [i64; MOTORS]) -> [i64; M
     from_fn(|motor| one[motor] + other[motor])
 }
 
-/// Homes carriages that are `away` steps from their switches. Answers where they are then, in steps
+/// Homes carriages that are `away` steps from their switches. Returns where they are then, in steps
 /// beyond the switches.
 fn home<const MOTORS: usize>(
     build: &Build,
@@ -110,7 +110,7 @@ fn home<const MOTORS: usize>(
 }
 
 /// Homes, and checks each carriage's place: against its switch if it has one, otherwise against its
-/// place before. Answers the sentence for the report.
+/// place before. Returns the sentence for the report.
 pub(super) fn ensure_homes<const MOTORS: usize>(
     build: &Build,
     belts: Belts,

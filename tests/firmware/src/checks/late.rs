@@ -26,7 +26,7 @@ const INSTANTS: [f64; 3] = [0.02, 0.1, 0.2];
 /// has wrapped around.
 const JOB: f64 = 0.6;
 
-/// Delays a tick by `cycles`. Answers the longest time between two steps around it, µs.
+/// Delays a tick by `cycles`. Returns the longest time between two steps around it, µs.
 fn delayed(build: &Build, instant: f64, cycles: u64) -> Result<f64, Failure> {
     let mut bench = Bench::boot(build)?;
     bench.ignore_power();

@@ -18,7 +18,7 @@ pub(super) const AFTER_ALL: &str = "$701=500\n";
 /// makes many moves, but then few lines follow it.
 const FITS: usize = 1000;
 
-/// Runs a job on the board, sent without waiting for motion. Answers the board and the steps.
+/// Runs a job on the board, sent without waiting for motion. Returns the board and the steps.
 pub(super) fn run_queued(build: &Build, job: &Job) -> Result<(Bench, Vec<Step>), Failure> {
     let mut bench = Bench::boot(build)?;
     let steps = run_queued_on(&mut bench, job)?;
@@ -48,7 +48,7 @@ fn ensure_settled(bench: &Bench) -> Result<(), Failure> {
     })
 }
 
-/// Compares a queued job with the simulator's. Answers the sentence for the report.
+/// Compares a queued job with the simulator's. Returns the sentence for the report.
 fn compare_queued(build: &Build, job: &Job) -> Result<String, Failure> {
     let (_, steps) = run_queued(build, job)?;
     let settings = format!("{}{AFTER_ALL}", job.settings);

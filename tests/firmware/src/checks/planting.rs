@@ -16,7 +16,7 @@ pub(super) const INSTANTS: [f64; 2] = [0.03, 0.4007];
 /// The instruction `b .`, an endless loop.
 pub(super) const FOR_EVER: [u16; 1] = [0xE7FE];
 
-/// Makes something happen in a few cycles. Answers the part of the program that was replaced for
+/// Makes something happen in a few cycles. Returns the part of the program that was replaced for
 /// this, if any.
 pub(super) type Event = fn(&mut Bench, &Build) -> Result<Option<Replaced>, Failure>;
 

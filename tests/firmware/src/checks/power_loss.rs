@@ -48,7 +48,7 @@ pub(super) fn with_known(build: &Build) -> Result<Bench, Failure> {
     Ok(bench)
 }
 
-/// Loses power at a cycle and switches on again. Answers the settings stored after that.
+/// Loses power at a cycle and switches on again. Returns the settings stored after that.
 fn after_loss(mut bench: Bench, cycle: u64) -> Result<(Bench, Vec<String>), Failure> {
     bench.machine.reset_at(cycle, ResetCause::PowerOn);
     bench.run_to(cycle + 100)?;
@@ -189,7 +189,7 @@ const SECTOR: u32 = 16 * 1024;
 /// The most lines that it takes to fill a sector of 16 KiB.
 const FILLING: u32 = 2_000;
 
-/// Changes a setting until a sector is full. Answers the board before the line that changes to the
+/// Changes a setting until a sector is full. Returns the board before the line that changes to the
 /// other sector, and that line.
 pub(super) fn fill(mut bench: Bench) -> Result<(Bench, String), Failure> {
     for value in 0..FILLING {

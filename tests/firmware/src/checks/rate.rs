@@ -42,7 +42,7 @@ fn program() -> String {
     text
 }
 
-/// Runs the job on a board. Answers the board, and the share of the time in which its CPU was
+/// Runs the job on a board. Returns the board, and the share of the time in which its CPU was
 /// awake.
 fn run(build: &Build, rate: f64) -> Result<(Bench, f64), Failure> {
     let mut bench = Bench::boot(build)?;

@@ -24,7 +24,7 @@ const FULL_LINE_US: f64 = 300.0;
 /// looks.
 const BEFORE: [usize; 10] = [20, 101, 182, 263, 344, 425, 506, 587, 668, 749];
 
-/// Sends a byte and waits until its last bit has arrived. Answers the cycle of the arrival, which
+/// Sends a byte and waits until its last bit has arrived. Returns the cycle of the arrival, which
 /// is too late by [`LOOK`] at most.
 fn send_and_arrive(bench: &mut Bench, byte: u8) -> Result<u64, Failure> {
     send_and_arrive_among(bench, byte, 0, 0)

@@ -370,7 +370,7 @@ pub(crate) fn lines(firmware: &Firmware) -> Result<Figures, Failure> {
     Ok(figures)
 }
 
-/// Loses power at each flash write of a second record. Answers the number of these writes.
+/// Loses power at each flash write of a second record. Returns the number of these writes.
 fn ensure_old_or_new(bench: &mut Bench, name: &str) -> Result<usize, Failure> {
     bring(bench, &with_steps(name, 222)?)?;
     bench.machine.clear_records();

@@ -41,7 +41,7 @@ fn moves(count: usize) -> (String, i64) {
 }
 
 /// Sends lines, one of which is stored. At `cycle` (at once if it has passed) it sends moves behind
-/// them, with a status query among them. Answers the longest time that the main loop waits for the
+/// them, with a status query among them. Returns the longest time that the main loop waits for the
 /// flash, µs.
 fn stall(bench: Bench, lines: &str, cycle: u64) -> Result<f64, Failure> {
     stall_with(moves(MOVES), bench, lines, cycle)
@@ -85,7 +85,7 @@ fn stall_with(
 }
 
 /// Sends as many lines as a sender may have under way behind `line`, whose record causes an erase:
-/// none may be lost. Answers how long the main loop waits, µs. The board must be at 250 steps/mm in
+/// none may be lost. Returns how long the main loop waits, µs. The board must be at 250 steps/mm in
 /// X, in G91 G1.
 pub(super) fn ensure_window_survives(bench: &Bench, line: &str) -> Result<f64, Failure> {
     let room = WINDOW - line.len() - 1;

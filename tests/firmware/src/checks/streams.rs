@@ -20,7 +20,7 @@ const TOLERANCE: f64 = 0.01;
 /// keeps the queue full.
 const FULL_FIRST: &str = "$701=500\n";
 
-/// Streams a job. Answers its steps.
+/// Streams a job. Returns its steps.
 fn run_streamed(build: &Build, job: &Job) -> Result<Vec<Step>, Failure> {
     let mut bench = Bench::boot(build)?;
     bench.ignore_power();

@@ -64,7 +64,7 @@ const OWNERS: [Owner; 4] = [
 /// The program that imports jobs.
 const DESK: &str = "target/debug/leadscrew";
 
-/// Makes the jobs of a machine as its README says, in a copy of its folder. Answers the jobs.
+/// Makes the jobs of a machine as its README says, in a copy of its folder. Returns the jobs.
 fn made(number: &str) -> Result<Vec<Job>, Failure> {
     let examples = job::repository().join("examples");
     let work = job::repository().join("target/tmp/supplied");
@@ -87,7 +87,7 @@ fn copy(from: &Path, to: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Runs `leadscrew import`. Answers the job that it writes.
+/// Runs `leadscrew import`. Returns the job that it writes.
 fn import(folder: &Path, command: &str) -> Result<Job, Failure> {
     let line = format!(
         "{} import {command}",

@@ -202,7 +202,7 @@ pub(crate) fn at_rest(firmware: &Firmware) -> Result<Figures, Failure> {
 }
 
 /// Moves a switch to `closed`, then back and so on; `micros` are the times between the edges, µs.
-/// Answers the cycle of the first edge.
+/// Returns the cycle of the first edge.
 fn bounce(bench: &mut Bench, pin: Pin, closed: bool, micros: &[u64]) -> u64 {
     let first = bench.set(pin, closed);
     let mut edge = first;

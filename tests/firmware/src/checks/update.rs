@@ -48,7 +48,7 @@ fn needed(elf: &[u8]) -> Result<BTreeSet<(u32, u32)>, Failure> {
     Ok(all)
 }
 
-/// Compares the settings before and after an update. Answers how many sectors it takes.
+/// Compares the settings before and after an update. Returns how many sectors it takes.
 fn ensure_survives(build: &Build) -> Result<String, Failure> {
     let mut bench = with_known(build)?;
     let before = stored(&mut bench)?;

@@ -64,7 +64,7 @@ pub(super) fn plugged(build: &Build) -> Result<Bench, Failure> {
     Ok(bench)
 }
 
-/// Streams an example over USB, with queries on both lines. Answers its steps.
+/// Streams an example over USB, with queries on both lines. Returns its steps.
 fn stream(bench: &Bench, job: &Job) -> Result<Vec<Step>, Failure> {
     let mut bench = bench.clone();
     bench.ignore_power();

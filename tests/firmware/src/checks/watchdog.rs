@@ -15,7 +15,7 @@ use leadscrew_f407emu::{LSI_FASTEST_HZ, LSI_SLOWEST_HZ};
 /// The longest time from the event to the last step edge and to laser off, µs.
 const HUNG_US: f64 = 50_000.0;
 
-/// Makes something hang while the watchdog is at its slowest. Answers how long steps and laser went
+/// Makes something hang while the watchdog is at its slowest. Returns how long steps and laser went
 /// on, µs.
 fn hang(build: &Build, seconds: f64, what: Event) -> Result<(f64, f64), Failure> {
     let mut bench = Bench::switch_on(build)?;

@@ -37,7 +37,7 @@ const JOB_TURNS: usize = 400_000;
 /// Time passes in pieces of this length where nothing else happens, µs.
 const PIECE_US: u32 = 1_000;
 
-/// Runs the check on a board behind a bootloader. Answers the sentence for the report.
+/// Runs the check on a board behind a bootloader. Returns the sentence for the report.
 pub(crate) fn check(build: &Build) -> Result<String, Failure> {
     let mut sender = Sender::connect(build)?;
     sender.ask("?", |text| {
@@ -114,7 +114,7 @@ impl Sender {
     }
 
     /// Sends a job at once, so that all of it is there before the first step, and waits for rest.
-    /// Answers its steps.
+    /// Returns its steps.
     fn run(&mut self, job: &str) -> Result<Vec<Step>, Failure> {
         let lines = job.lines().count();
         let answers = self.ask(job, |text| {

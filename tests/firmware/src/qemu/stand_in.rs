@@ -292,7 +292,7 @@ impl StandIn {
         Ok(())
     }
 
-    /// Signals that sending has ended. Answers whether something was sent.
+    /// Signals that sending has ended. Returns whether something was sent.
     fn end_sending(&mut self) -> Result<bool, Failure> {
         let sent = std::mem::take(&mut self.sent);
         if sent {
@@ -301,7 +301,7 @@ impl StandIn {
         Ok(sent)
     }
 
-    /// Puts the received bytes where the stream would, all at once. Answers whether there were any.
+    /// Puts the received bytes where the stream would, all at once. Returns whether there were any.
     fn receive(&mut self) -> Result<bool, Failure> {
         let word = |offset| self.dma.get(&offset).copied().unwrap_or(0);
         let (memory, items) = (word(RECEIVES.memory()), word(RECEIVES.items()));
@@ -326,7 +326,7 @@ impl StandIn {
         Ok(true)
     }
 
-    /// If a tick is armed, goes to its instant and makes it. Answers whether there was one. The
+    /// If a tick is armed, goes to its instant and makes it. Returns whether there was one. The
     /// first tick comes at once: its instant is the present.
     fn tick(&mut self) -> Result<bool, Failure> {
         let ticked = std::mem::replace(&mut self.ticks, self.qemu.word(TIM2 + DIER)? & 1 << 1 != 0);

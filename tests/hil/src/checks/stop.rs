@@ -25,7 +25,7 @@ const STEPS_US: f64 = 10.0;
 /// The period of the PWM, µs: its last edge may be older than the stop by this.
 const PERIOD_US: f64 = 100.0;
 
-/// Stops in motion. Answers the edges of two signals.
+/// Stops in motion. Returns the edges of two signals.
 fn stop(board: &mut Board<'_>, signals: [Signal; 2]) -> Result<[Edges; 2], Failure> {
     board.reset()?;
     board.capture(&signals)?;

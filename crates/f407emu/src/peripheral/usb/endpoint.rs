@@ -131,7 +131,7 @@ impl Registers {
         self.size & XFRSIZ
     }
 
-    /// Counts a packet of `bytes` bytes. Answers whether it was the transfer's last one; a transfer
+    /// Counts a packet of `bytes` bytes. Returns whether it was the transfer's last one; a transfer
     /// without a size is one packet.
     fn packet(&mut self, bytes: u32) -> bool {
         let packets = self.packets().saturating_sub(1);
@@ -193,7 +193,7 @@ pub(super) struct Out {
 }
 
 impl Out {
-    /// Counts a packet of endpoint `index`. Answers whether it was the last packet of the transfer;
+    /// Counts a packet of endpoint `index`. Returns whether it was the last packet of the transfer;
     /// a packet shorter than the largest size always is. After the last packet the endpoint refuses
     /// data, but stays enabled until the program has read that the transfer has ended (section
     /// 34.17.6).

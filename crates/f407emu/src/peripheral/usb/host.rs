@@ -218,7 +218,7 @@ impl Usb {
         self.host.go_on(stage, now + wait.max(1));
     }
 
-    /// Makes a transaction of a control transfer. Answers the next stage, and the cycles until
+    /// Makes a transaction of a control transfer. Returns the next stage, and the cycles until
     /// then.
     fn ask(&mut self, number: usize, phase: Phase) -> (Stage, u64) {
         let request = &REQUESTS[number];
@@ -262,7 +262,7 @@ impl Usb {
         (stage, wait)
     }
 
-    /// Ends a control transfer. Answers the next stage, and the cycles until then.
+    /// Ends a control transfer. Returns the next stage, and the cycles until then.
     fn answered(&mut self, number: usize, all: Vec<u8>, wait: u64) -> (Stage, u64) {
         self.host.answers.push(all);
         let wait = match REQUESTS[number].sets_address() {
