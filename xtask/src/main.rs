@@ -4,6 +4,7 @@ mod bench;
 mod boards;
 mod budget;
 mod call_graph;
+mod circles;
 mod failure;
 mod figures;
 mod fw;
@@ -34,6 +35,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
     thumb [FILE...]    build libraries and firmware for the microcontroller, and check what is in them; with FILEs, check
                        the firmware in these files and build none
     targets            check the libraries for other processors
+    circles            look for files of a crate that import each other in a circle
     boards             build the boards in examples/boards; run the one that QEMU emulates
     bench COMMAND...   count x86-64 instructions per line; COMMAND says {lines} for their number
     page PAGE.html [MACHINE.toml]
@@ -53,6 +55,7 @@ fn main() -> ExitCode {
         ["fw-test", ..] => fw_test::run(&arguments[1..]),
         ["hil", _, ..] => hil::run(&arguments[1..]),
         ["boards"] => boards::run(),
+        ["circles"] => circles::run(),
         ["bench", ..] => bench::run(&arguments[1..]),
         ["figures"] => figures::run(),
         ["icount"] => icount::run(false),
