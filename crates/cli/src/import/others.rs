@@ -33,7 +33,7 @@ pub(in super::super) struct RpArgs {
     #[arg(long, value_name = "CELSIUS", value_parser = value_parser!(u16).range(1..=500))]
     nozzle: Option<u16>,
     /// Heat the bed to this temperature, and wait for it (M140, M190).
-    #[arg(long, value_name = "CELSIUS", value_parser = value_parser!(u16).range(1..=200))]
+    #[arg(long, value_name = "CELSIUS", value_parser = value_parser!(u16).range(1..=300))]
     bed: Option<u16>,
 }
 
