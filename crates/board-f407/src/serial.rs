@@ -175,7 +175,7 @@ fn place(number: usize) -> &'static AtomicU16 {
 ///
 /// DMA writes each byte to the next place of a ring, and never stops. A place is a half-word, as
 /// the USART's data register is. A place that has been read is marked empty, so that the ring alone
-/// says what is new: there is no count that could come round unseen.
+/// tells which bytes are new. A count of bytes could wrap around unseen.
 #[allow(unreachable_pub)] // RTIC hands it out in a public type
 pub struct Listener {
     timer: TIM7,

@@ -165,7 +165,8 @@ impl Number {
         if magnitude == 0 {
             return 0.0;
         }
-        let shift = magnitude.leading_zeros() - 1; // bit 63 is never set: the range is that of i64
+        // A number is at most i64::MAX, so bit 63 of its magnitude is 0.
+        let shift = magnitude.leading_zeros() - 1;
         let normal = magnitude << shift;
         let (high, low) = ((normal >> 32) as u32, normal as u32);
         // Each remainder is below 5⁹ < 2²¹, so that 11 more bits fit in 32.

@@ -4,7 +4,7 @@
 //!  line --words--> Block --check--> Plan --commit--> Commands
 //!
 //!    words:   finds errors 1, 2, 4, 20, 21, 23…25, 38
-//!    check:   finds errors 20, 22, 23, 26…38, 52, 200…202, and those of extensions
+//!    check:   finds errors 20, 22, 23, 26…38, 52, 200…202, and errors of extensions
 //!    commit:  cannot fail; changes modal state, offsets and position
 //! ```
 //!

@@ -30,8 +30,8 @@ impl Machine {
     }
 }
 
-/// Checks that each difference (the register's name, and what differs) has a reason, and that each
-/// reason explains a difference. In a reason's name `*` stands for any text.
+/// Checks that each difference has a reason, and that each reason explains a difference. A
+/// difference is the name of a register, and the property that differs. In a reason's name `*` stands for any text.
 fn explain(differences: &[(String, String)], reasons: &[(&str, &str)]) {
     let fits = |name: &str, pattern: &str| match pattern.split_once('*') {
         Some((begin, end)) => name.starts_with(begin) && name.ends_with(end),

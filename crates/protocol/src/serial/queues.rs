@@ -281,8 +281,8 @@ impl Inbox<'_> {
         !self.late.is_empty() || self.shared.late.waits()
     }
 
-    /// A late command with its mark. The mark is that of the newest jog cancel: no other late
-    /// command needs one.
+    /// A late command with its mark. Only a jog cancel needs a mark, so every late command gets the
+    /// mark of the newest jog cancel.
     fn at_late_mark(&self, realtime: Realtime) -> Request {
         let mark = Mark(self.shared.late.mark());
         Request { realtime, mark }

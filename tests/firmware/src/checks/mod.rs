@@ -122,7 +122,7 @@ pub(crate) const CHECKS: &[Check] = &[
     },
     Check {
         name: "step-interrupt",
-        what: "three motors, cold flash caches, from entry to exit: a tick takes at most 230 cycles; one that loads a segment takes at most 480, and is one in twenty",
+        what: "three motors, cold flash caches, from entry to exit: a tick takes at most 230 cycles; a tick that loads a segment takes at most 480; one tick in twenty loads a segment",
         subset: true,
         run: timing::step_interrupt,
     },
@@ -320,7 +320,7 @@ pub(crate) const CHECKS: &[Check] = &[
     },
     Check {
         name: "record-interrupt",
-        what: "builds without pins, for three motors and four, with step pins on one port and on three: a tick takes at most a tenth more than with pins compiled in; one that loads a segment takes at most 554 cycles, with four motors 722",
+        what: "builds without pins, for three motors and four, with step pins on one port and on three: a tick takes at most a tenth more than with pins compiled in; a tick that loads a segment takes at most 554 cycles, with four motors 722",
         subset: true,
         run: records::interrupt,
     },

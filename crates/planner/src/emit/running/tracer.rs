@@ -50,8 +50,8 @@ impl<const MOTORS: usize> Tracer<MOTORS> {
         }
     }
 
-    /// The line's start, if the stepper has yet to be told of the line. `early` is that of the
-    /// line's first segment.
+    /// The line's start, if the stepper does not know the line yet. `early` belongs to the line's
+    /// first segment.
     pub(super) fn take_start(&mut self, early: Early) -> Option<LineStart<MOTORS>> {
         let announce = core::mem::take(&mut self.announce);
         announce.then(|| LineStart::new(self.line, early))
@@ -78,9 +78,9 @@ impl<const MOTORS: usize> Tracer<MOTORS> {
         self.smooth && self.early.is_none() && !self.announce
     }
 
-    /// The smoothing of the next segment. A coarser smoothing than that of the segment before
-    /// begins one segment late: the next segment keeps the finer smoothing, and in it the motors
-    /// become as early as the coarser smoothing needs.
+    /// The smoothing of the next segment. A coarser smoothing begins one segment late: the next
+    /// segment keeps the finer smoothing, and in it the motors become as early as the coarser
+    /// smoothing needs.
     pub(super) fn smoothing(&mut self, interval: f32, timing: Timing, evenness: f32) -> Smoothing {
         let wanted = self.wanted(interval, timing, evenness);
         match self.early.replace(wanted) {
