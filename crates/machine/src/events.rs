@@ -258,14 +258,14 @@ where
     /// Switches the wanted spindle on again, out of a hold.
     fn restore_held_spindle(&mut self) {
         self.restore_spindle();
-        if self.tool.spindle.is_wanted() {
+        if self.tool.spindle.is_wanted() && !self.tool.spindle.is_suspended() {
             self.console.message(Message::RestoringSpindle);
         }
     }
 
-    /// Switches the wanted spindle on again.
+    /// Switches the wanted spindle on again, unless an M code that is put aside keeps it off.
     pub(crate) fn restore_spindle(&mut self) {
-        if self.is_aside() {
+        if self.is_put_aside() {
             return;
         }
         self.tool.spindle.restore();

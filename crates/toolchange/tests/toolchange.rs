@@ -431,6 +431,16 @@ fn nothing_turns_or_burns_while_the_lines_of_the_sender_are_collected() {
         session.wait_ms(20);
         assert_eq!(session.pins.power, Power::OFF, "$32={laser}");
         assert_eq!(session.pins.spindle, SpindleOutput::Off, "$32={laser}");
+        session.send("!");
+        session.wait_ms(10);
+        session.send("~");
+        session.wait_ms(10);
+        assert_eq!(session.pins.power, Power::OFF, "$32={laser}, resumed");
+        assert_eq!(
+            session.pins.spindle,
+            SpindleOutput::Off,
+            "$32={laser}, resumed"
+        );
         let said = session.lines().join(" ");
         assert!(!said.contains("then ~"), "the lines were collected: {said}");
     }

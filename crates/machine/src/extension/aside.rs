@@ -29,6 +29,13 @@ where
             )
     }
 
+    /// Whether an M code is put aside, and has not been taken back: the sender's lines are collected
+    /// for it, or the operator has the machine.
+    pub(crate) fn is_put_aside(&self) -> bool {
+        let aside = self.activity.aside.filter(|_| X::IN_USE);
+        aside.is_some_and(|aside| aside.phase != Phase::Returning)
+    }
+
     /// Puts the M code under way aside. Refuses its line unless the code stands alone on the line
     /// and motion rests.
     pub(super) fn begin_aside(&mut self, call: &Call, shown: Shown, now: Instant) -> Progress {
