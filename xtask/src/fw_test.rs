@@ -30,10 +30,10 @@ const FAST: (&str, &str) = ("LEADSCREW_BAUD", "2000000");
 /// 000 steps/s.
 const UNCAPPED: Build = build("uncapped", &[FAST, ("LEADSCREW_TICK_NS", "1400")]);
 
-/// Four axes on an SKR 2.
-const FOUR_AXES: &str = concat!(
+/// Six axes on a Discovery.
+const SIX_AXES: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
-    "/../tests/firmware/four_axes.toml"
+    "/../tests/firmware/six_axes.toml"
 );
 
 /// Builds that the subset leaves out.
@@ -46,7 +46,7 @@ const MORE: [Build; 6] = [
         "record-behind-48",
         &[WITHOUT_PINS, (BOARD, "robin-nano-v3")],
     ),
-    build("four-axes", &[(fw::MACHINE, FOUR_AXES)]),
+    build("six-axes", &[(fw::MACHINE, SIX_AXES)]),
 ];
 
 /// The build that `qemu` runs at an address behind a bootloader. Checks in the emulator use this

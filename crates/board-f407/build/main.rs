@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-env-changed=LEADSCREW_RECORD");
     println!("cargo:rerun-if-env-changed=LEADSCREW_MOTORS");
     println!(
-        "cargo:rustc-check-cfg=cfg(captures, four_motors, heaters, outputs, record, tool_switches)"
+        "cargo:rustc-check-cfg=cfg(captures, four_motors, heaters, outputs, record, tool_switches, windings)"
     );
     if env::var("CARGO_CFG_TARGET_OS")? != "none" {
         return Ok(());
@@ -46,6 +46,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     if !board.captures().is_empty() {
         println!("cargo:rustc-cfg=captures");
+    }
+    if board.switches_windings() {
+        println!("cargo:rustc-cfg=windings");
     }
     write(&(machine + &board.pins_module()), &board.memory())
 }

@@ -94,6 +94,8 @@ impl Board for F407 {
         for pin in profile::enables() {
             pin.make_output(on != self.motors_off);
         }
+        #[cfg(windings)]
+        step_port::energise(on);
     }
 
     fn set_spindle(&mut self, output: SpindleOutput) {

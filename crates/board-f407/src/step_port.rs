@@ -24,13 +24,15 @@
 //! one port steps all motors at the same instant.
 #[cfg(record)]
 mod recorded;
-#[cfg(not(record))]
+#[cfg(windings)]
+mod windings;
+#[cfg(not(any(record, windings)))]
 mod wired;
 
 use crate::{
     clock::{wake, APB1_TIMER_HZ},
     fast_memory::placed,
-    profile::MOTORS,
+    profile::{MOTORS, SYNCHRONISED},
     pwm,
     registers::{pulse_timer, tick_timer},
 };
@@ -41,11 +43,13 @@ use stm32f4::stm32f407::{tim2::dier, Interrupt, TIM11, TIM2};
 
 #[cfg(record)]
 use recorded as ports;
-#[cfg(not(record))]
+#[cfg(windings)]
+use windings as ports;
+#[cfg(not(any(record, windings)))]
 use wired as ports;
 
-#[cfg(outputs)]
-pub(crate) use wired::change_outputs;
+#[cfg(windings)]
+pub(crate) use windings::energise;
 
 /// The interrupt of TIM11: the main loop pends it where there is something to start, or new tables
 /// to follow.
@@ -186,6 +190,17 @@ pub(crate) fn catch_missed_tick() {
     }
 }
 
+/// Changes the outputs of M62 to M65: one store for each that changes. Any context.
+#[inline(always)] // the step interrupt must reach no code in the flash (`cargo xtask thumb`)
+pub(crate) fn change_outputs(change: OutputChange) {
+    for (index, output) in SYNCHRONISED.iter().enumerate() {
+        let bit = 1 << index;
+        if (change.set | change.clear) & bit != 0 {
+            output.switch(change.set & bit != 0);
+        }
+    }
+}
+
 /// The outputs of ticks. TIM2's interrupt uses it; TIM11's interrupt uses it where no tick is
 /// armed.
 pub(crate) struct Port {
@@ -243,6 +258,9 @@ impl StepPort for Port {
     #[inline]
     fn step(&mut self, motors: MotorMask) {
         ports::step(motors);
+        if cfg!(windings) {
+            return;
+        }
         // In one-pulse mode the counter has stopped at 0.
         pulse_timer()
             .cr1()
@@ -260,7 +278,7 @@ impl StepPort for Port {
     /// Also wakes the main loop: a segment has left the queue, so there is room for another.
     #[inline]
     fn change_outputs(&mut self, change: OutputChange) {
-        ports::change_outputs(change);
+        change_outputs(change);
         wake();
     }
 

@@ -1,5 +1,5 @@
 //! The contents of a board's file.
-use crate::{chip::capture_channel, Chip, Pin, BOARDS};
+use crate::{chip::capture_channel, Chip, Drive, Motor, MotorSocket, Pin, BOARDS};
 use serde::Deserialize;
 use std::{collections::BTreeMap, fs, path::Path};
 
@@ -75,17 +75,6 @@ pub enum Kinematics {
     CoreXy,
 }
 
-/// An axis.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Deserialize)]
-pub enum Axis {
-    /// The first axis.
-    X,
-    /// The second axis.
-    Y,
-    /// The third axis.
-    Z,
-}
-
 /// A USART and its pins.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -96,20 +85,6 @@ pub struct Serial {
     pub transmit: Pin,
     /// The pin on which the board receives.
     pub receive: Pin,
-}
-
-/// A motor driver's pins.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Motor {
-    /// The axis that it moves; with crossed belts X and Y are the two belts.
-    pub axis: Axis,
-    /// The pin for step pulses.
-    pub step: Pin,
-    /// The direction pin: high is negative, unless `$3` inverts it.
-    pub direction: Pin,
-    /// Its limit switch.
-    pub limit: Option<Input>,
 }
 
 /// The pin that a timer's channel modulates.
@@ -186,8 +161,9 @@ pub struct Inputs {
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Sockets {
-    /// The fourth motor: a second motor of X or Y, or the motor of a fourth axis.
-    pub motor: Option<MotorSocket>,
+    /// The motors beyond the third: a second motor of an axis, or motors of more axes.
+    #[serde(default)]
+    pub motors: Vec<MotorSocket>,
     /// The outputs of M62 to M65, `P0` first.
     #[serde(default)]
     pub outputs: Vec<Output>,
@@ -226,18 +202,6 @@ impl HeaterSocket {
         let Self { pin, on, .. } = self;
         Output { pin, on }
     }
-}
-
-/// A motor driver's pins, for any axis.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MotorSocket {
-    /// The pin for step pulses.
-    pub step: Pin,
-    /// The direction pin: high is negative, unless `$3` inverts it.
-    pub direction: Pin,
-    /// Its limit switch.
-    pub limit: Option<Input>,
 }
 
 /// The switches at the ends of a tool's travel. They are read while the tool moves, and do not
@@ -301,6 +265,31 @@ impl Board {
         Self::read(&text).map_err(|error| format!("{asked}: {}", error.trim_end()))
     }
 
+    /// The sockets of all motors: those of `[[motor]]`, then those of `[sockets]`.
+    pub fn motor_sockets(&self) -> impl Iterator<Item = MotorSocket> + '_ {
+        let own = self.motor.iter().map(|motor| motor.socket);
+        own.chain(self.sockets.motors.iter().copied())
+    }
+
+    /// Whether the board switches the windings of its motors itself. [`Board::check`] refuses a
+    /// board that has both kinds of motors.
+    #[must_use]
+    pub fn switches_windings(&self) -> bool {
+        self.motor_sockets()
+            .any(|motor| matches!(motor.drive, Drive::Windings(_)))
+    }
+
+    /// The sockets of all motors with their names: motors by number, then `spare motor 1`.
+    pub(crate) fn named_motors(&self) -> impl Iterator<Item = (String, MotorSocket)> + '_ {
+        let own = self.motor.len();
+        self.motor_sockets()
+            .enumerate()
+            .map(move |(index, socket)| match index.checked_sub(own) {
+                None => (format!("motor {}", index + 1), socket),
+                Some(spare) => (format!("spare motor {}", spare + 1), socket),
+            })
+    }
+
     /// The outputs that a program can switch, with their purpose.
     pub(crate) fn switched(&self) -> impl Iterator<Item = (&'static str, Output)> {
         let outputs = &self.outputs;
@@ -328,15 +317,12 @@ impl Board {
 
     /// All inputs that cause interrupts, with their purpose.
     pub(crate) fn all_inputs(&self) -> Vec<(String, Input)> {
-        let limits =
-            self.motor.iter().zip(1..).filter_map(|(motor, number)| {
-                Some((format!("limit of motor {number}"), motor.limit?))
-            });
+        let limits = self
+            .named_motors()
+            .filter_map(|(name, socket)| Some((format!("limit of {name}"), socket.limit?)));
         let buttons = self.buttons().into_iter();
         let others = buttons.filter_map(|(name, input)| Some((name.to_owned(), input?)));
-        let spare = self.sockets.motor.and_then(|motor| motor.limit);
-        let spare = spare.map(|input| ("limit of the spare motor".to_owned(), input));
-        limits.chain(spare).chain(others).collect()
+        limits.chain(others).collect()
     }
 
     /// The wires that lead to pins of TIM2's channels, each with its channel, in the order of the
@@ -357,9 +343,9 @@ impl Board {
             ("serial line, out".to_owned(), self.serial.transmit),
             ("serial line, in".to_owned(), self.serial.receive),
         ];
-        for (motor, number) in self.motor.iter().zip(1..) {
-            pins.push((format!("step of motor {number}"), motor.step));
-            pins.push((format!("direction of motor {number}"), motor.direction));
+        for (name, motor) in self.named_motors() {
+            let named = |(purpose, pin)| (format!("{purpose} of {name}"), pin);
+            pins.extend(motor.drive.pins().into_iter().map(named));
         }
         pins.extend(self.enable.iter().map(|pin| ("enable".to_owned(), *pin)));
         pins.push(("power".to_owned(), self.power.pin));
@@ -394,10 +380,6 @@ impl Sockets {
     /// [`Self::tool_pins`] lists.
     fn pins(&self) -> Vec<(String, Pin)> {
         let mut pins = Vec::new();
-        if let Some(motor) = self.motor {
-            pins.push(("step of the spare motor".to_owned(), motor.step));
-            pins.push(("direction of the spare motor".to_owned(), motor.direction));
-        }
         let outputs = self.outputs.iter().enumerate();
         pins.extend(outputs.map(|(number, output)| (format!("output P{number}"), output.pin)));
         for (number, heater) in self.heaters.iter().enumerate() {

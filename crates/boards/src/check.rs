@@ -2,7 +2,7 @@
 use crate::{
     chip::{channel, function, hears},
     flash::{Sector, BEGIN},
-    Axis, Board, Kinematics, Pin, Wire,
+    Axis, Board, Drive, Kinematics, Pin, Wire,
 };
 use std::{collections::BTreeMap, fmt};
 
@@ -20,6 +20,8 @@ const CAPTURES: [(&str, &str); 3] = [
     ("TIM2_CH3", "DMA1.1.3"),
     ("TIM2_CH4", "DMA1.7.3"),
 ];
+/// The most motors that the firmware drives.
+const MOTORS: usize = 6;
 /// The most wires of a self-test.
 const WIRES: usize = 6;
 
@@ -104,9 +106,11 @@ impl Board {
         expect(findings, begins, || {
             "motor: the first three are those of X, Y and Z".to_owned()
         });
-        expect(findings, axes.len() <= 4, || {
-            format!("motor: {} of them, four are driven", axes.len())
+        let motors = self.motor_sockets().count();
+        expect(findings, motors <= MOTORS, || {
+            format!("motor: {motors} of them, {MOTORS} are driven")
         });
+        self.check_windings(findings);
         let crossed = self.kinematics == Kinematics::CoreXy;
         expect(findings, !crossed || axes.len() == 3, || {
             "kinematics: crossed belts have no second motor".to_owned()
@@ -121,6 +125,25 @@ impl Board {
         expect(findings, groups <= 4, || {
             format!("homing: {groups} groups, four are kept")
         });
+    }
+
+    /// Checks that all motors are of one kind, and that the lines of a motor are on one port, so
+    /// that they change at the same instant.
+    fn check_windings(&self, findings: &mut Vec<Finding>) {
+        for (name, motor) in self.named_motors() {
+            let lines = match motor.drive {
+                Drive::Driver { .. } if self.switches_windings() => {
+                    findings.push(Finding(format!("{name}: a driver, and others have lines")));
+                    continue;
+                }
+                Drive::Driver { .. } => continue,
+                Drive::Windings(lines) => lines,
+            };
+            let port = lines[0].port;
+            expect(findings, lines.iter().all(|pin| pin.port == port), || {
+                format!("{name}: its lines are on more than one port")
+            });
+        }
     }
 
     /// Checks that each sensor's pin has a channel of the converter. The converter converts at most
@@ -204,7 +227,8 @@ impl Board {
 
     /// Whether a pin is an output of the board.
     fn drives(&self, pin: Pin) -> bool {
-        let motors = self.motor.iter().flat_map(|one| [one.step, one.direction]);
+        let motors = self.motor_sockets().flat_map(|one| one.drive.pins());
+        let motors = motors.map(|(_, pin)| pin);
         let switched = self.switched().map(|(_, output)| output.pin);
         let mut outputs = motors.chain(switched).chain([self.power.pin]);
         outputs.any(|output| output == pin)

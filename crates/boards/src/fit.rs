@@ -11,8 +11,12 @@ pub enum Socket {
     Y,
     /// The third motor of the board's file.
     Z,
-    /// The board's spare socket, `sockets.motor`.
+    /// The first of `sockets.motors`.
     Spare,
+    /// The second of `sockets.motors`.
+    Spare2,
+    /// The third of `sockets.motors`.
+    Spare3,
 }
 
 impl fmt::Display for Socket {
@@ -22,18 +26,27 @@ impl fmt::Display for Socket {
             Self::Y => "y",
             Self::Z => "z",
             Self::Spare => "spare",
+            Self::Spare2 => "spare-2",
+            Self::Spare3 => "spare-3",
         })
     }
 }
 
 /// The sockets of a machine's motors where its file does not name them.
-const USUAL: [Socket; 4] = [Socket::X, Socket::Y, Socket::Z, Socket::Spare];
+const USUAL: [Socket; 6] = [
+    Socket::X,
+    Socket::Y,
+    Socket::Z,
+    Socket::Spare,
+    Socket::Spare2,
+    Socket::Spare3,
+];
 
 /// The parts of a board that a machine needs besides those that every machine needs.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Needs {
     /// The socket of each motor, for 3 motors or more. `None`: the next one in the order X, Y, Z,
-    /// spare.
+    /// and the spare ones.
     pub motors: Vec<Option<Socket>>,
     /// How many outputs M62 to M65 switch.
     pub outputs: usize,
@@ -167,8 +180,10 @@ impl Board {
         if needs.fan && self.sockets.fan.is_none() {
             return Err(Unfit::Fan);
         }
+        let axes = [Axis::X, Axis::Y, Axis::Z].into_iter();
+        let of_axis = |(axis, socket)| Motor { axis, socket };
         let sockets = Sockets {
-            motor: motors.get(THREE).copied(),
+            motors: motors.iter().skip(THREE).copied().collect(),
             outputs: outputs.to_vec(),
             tool: self.sockets.tool.filter(|_| needs.tool),
             heaters: heaters.to_vec(),
@@ -178,15 +193,15 @@ impl Board {
             reference: self.sockets.reference,
         };
         Ok(Self {
-            motor: of_axes(&motors),
+            motor: axes.zip(motors).map(of_axis).collect(),
             sockets,
             ..self.clone()
         })
     }
 
-    /// The driver pins for each of the machine's motors.
+    /// The board's socket for each of the machine's motors.
     fn motors_at(&self, asked: &[Option<Socket>]) -> Result<Vec<MotorSocket>, Unfit> {
-        let has = THREE + usize::from(self.sockets.motor.is_some());
+        let has = self.motor_sockets().count();
         let needs = asked.len();
         let lacks = Unfit::Motors { needs, has };
         let usual = USUAL.map(Some).into_iter().chain(std::iter::repeat(None));
@@ -200,33 +215,11 @@ impl Board {
                 return Err(Unfit::Shared(*socket));
             }
         }
-        let motors = sockets.into_iter().map(|socket| self.motor_at(socket));
-        motors.collect::<Option<_>>().ok_or(lacks)
+        let has = |socket| self.motor_sockets().nth(socket as usize);
+        sockets
+            .into_iter()
+            .map(has)
+            .collect::<Option<_>>()
+            .ok_or(lacks)
     }
-
-    fn motor_at(&self, socket: Socket) -> Option<MotorSocket> {
-        match socket {
-            Socket::Spare => self.sockets.motor,
-            Socket::X | Socket::Y | Socket::Z => {
-                let motor = self.motor.get(socket as usize)?;
-                Some(MotorSocket {
-                    step: motor.step,
-                    direction: motor.direction,
-                    limit: motor.limit,
-                })
-            }
-        }
-    }
-}
-
-/// The first three motors of a machine, which move X, Y and Z.
-fn of_axes(motors: &[MotorSocket]) -> Vec<Motor> {
-    let axes = [Axis::X, Axis::Y, Axis::Z].into_iter();
-    let motors = axes.zip(motors).map(|(axis, motor)| Motor {
-        axis,
-        step: motor.step,
-        direction: motor.direction,
-        limit: motor.limit,
-    });
-    motors.collect()
 }

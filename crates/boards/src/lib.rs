@@ -6,27 +6,30 @@ mod check;
 mod chip;
 mod fit;
 mod flash;
+mod motor;
 mod pin;
 mod record;
 mod source;
 
 pub use board::{
-    Axis, Board, Closes, HeaterSocket, Input, Inputs, Kinematics, Level, Motor, MotorSocket,
-    Output, Outputs, Power, Serial, Sockets, ToolSwitches, Wire,
+    Board, Closes, HeaterSocket, Input, Inputs, Kinematics, Level, Output, Outputs, Power, Serial,
+    Sockets, ToolSwitches, Wire,
 };
 pub use check::Finding;
 pub use chip::Chip;
 pub use fit::{Needs, Socket, Unfit};
 pub use flash::Sector;
 pub use leadscrew_record::MOTORS as RECORDED_MOTORS;
+pub use motor::{Axis, Drive, Motor, MotorSocket};
 pub use pin::{Pin, UnknownPin};
-pub use record::{Machine, TooLong};
+pub use record::{Machine, NoRecord};
 
 /// The boards that come with the firmware: the name that `cargo fw --board` takes, and the file's
 /// text.
-pub const BOARDS: [(&str, &str); 9] = [
+pub const BOARDS: [(&str, &str); 10] = [
     ("discovery", include_str!("../boards/discovery.toml")),
     ("fly-407zg", include_str!("../boards/fly-407zg.toml")),
+    ("machine-001", include_str!("../boards/machine-001.toml")),
     ("machine-003", include_str!("../boards/machine-003.toml")),
     ("octopus", include_str!("../boards/octopus.toml")),
     (

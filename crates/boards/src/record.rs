@@ -3,7 +3,7 @@
 use crate::{
     check::number_of,
     flash::{Sector, BEGIN},
-    Axis, Board, Closes, Input, Kinematics, Level, MotorSocket, Output, Pin,
+    Axis, Board, Closes, Drive, Input, Kinematics, Level, MotorSocket, Output, Pin,
 };
 use leadscrew_record::{
     Content, Motor, Outputs, PinCode, Power, Record, SafeTable, Serial, Setting, Shape, ENABLES,
@@ -34,17 +34,27 @@ pub struct Machine {
     pub settings: Vec<(u16, i64)>,
 }
 
-/// The error of a board with more settings or enable pins than a record has room for.
+/// Why a board has no record.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct TooLong;
+pub enum NoRecord {
+    /// It has more settings or enable pins than a record has room for.
+    TooLong,
+    /// It has motors without a driver, or too many.
+    Motors,
+}
 
-impl fmt::Display for TooLong {
+impl fmt::Display for NoRecord {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("the settings or the pins of `enable` are too many for a record")
+        match self {
+            Self::TooLong => {
+                f.write_str("the settings or the pins of `enable` are too many for a record")
+            }
+            Self::Motors => write!(f, "a record has up to {MOTORS} motors, with drivers"),
+        }
     }
 }
 
-impl std::error::Error for TooLong {}
+impl std::error::Error for NoRecord {}
 
 impl Board {
     /// The sector of the board's record; `None` where no sector begins at [`Board::start`].
@@ -76,29 +86,31 @@ impl Board {
     /// [`Board::check`] must have found no mistake.
     ///
     /// # Errors
-    /// The board has more settings or enable pins than a record has room for.
-    pub fn record(&self) -> Result<Vec<u8>, TooLong> {
+    /// The board has more settings, enable pins or motors than a record has room for, or windings.
+    pub fn record(&self) -> Result<Vec<u8>, NoRecord> {
         self.bare().record_for(&self.machine())
     }
 
     /// The record of a board that is fitted to a machine ([`Board::fitted`]).
     ///
     /// # Errors
-    /// The board has more enable pins, or the machine more settings, than a record has room for.
-    pub fn record_for(&self, machine: &Machine) -> Result<Vec<u8>, TooLong> {
+    /// The board has more enable pins or motors, or the machine more settings, than a record has
+    /// room for; or the board has windings.
+    pub fn record_for(&self, machine: &Machine) -> Result<Vec<u8>, NoRecord> {
         let settings = machine.settings.iter().map(|(number, nanos)| Setting {
             number: (*number).into(),
             reserved: [0; 6],
             nanos: (*nanos).into(),
         });
         let settings: Vec<Setting> = settings.collect();
-        let count = u8::try_from(settings.len()).map_err(|_| TooLong)?;
+        let count = u8::try_from(settings.len()).map_err(|_| NoRecord::TooLong)?;
         if self.enable.len() > ENABLES {
-            return Err(TooLong);
+            return Err(NoRecord::TooLong);
         }
         let mut bytes = [0; SLOT];
-        let content = self.content(machine, count);
-        let length = Record::pack(&content, &settings, &mut bytes).ok_or(TooLong)?;
+        let motors = self.recorded_motors().ok_or(NoRecord::Motors)?;
+        let content = self.content(machine, motors, count);
+        let length = Record::pack(&content, &settings, &mut bytes).ok_or(NoRecord::TooLong)?;
         Ok(bytes[..length].to_vec())
     }
 
@@ -142,16 +154,6 @@ impl Board {
         }
     }
 
-    /// The motors of the axes, then the motor in the `motor` socket, if the machine uses it.
-    fn motors(&self) -> impl Iterator<Item = MotorSocket> + '_ {
-        let own = self.motor.iter().map(|motor| MotorSocket {
-            step: motor.step,
-            direction: motor.direction,
-            limit: motor.limit,
-        });
-        own.chain(self.sockets.motor)
-    }
-
     /// Axes that home together, a bit each.
     fn homing_cycles(&self) -> [u8; 4] {
         let Some(groups) = &self.homing else {
@@ -161,12 +163,15 @@ impl Board {
         [0; 4].map(|_| masks.next().unwrap_or(0))
     }
 
-    fn content(&self, machine: &Machine, defaults: u8) -> Content {
-        let mut motors = self.motors().map(|motor| Motor {
-            step: pin(motor.step),
-            direction: pin(motor.direction),
-            limit: input(motor.limit),
-        });
+    /// The motors, if each has a driver and a record has room for them.
+    fn recorded_motors(&self) -> Option<Vec<Motor>> {
+        let motors: Option<Vec<Motor>> = self.motor_sockets().map(recorded_motor).collect();
+        motors.filter(|motors| motors.len() <= MOTORS)
+    }
+
+    fn content(&self, machine: &Machine, motors: Vec<Motor>, defaults: u8) -> Content {
+        let count = motors.len() as u8; // 4 at most
+        let mut motors = motors.into_iter();
         let mut enables = self.enable.iter().map(|one| pin(*one));
         let buttons = self.buttons().map(|(_, button)| input(button));
         let (serial, power, outputs) = (&self.serial, &self.power, &self.outputs);
@@ -176,7 +181,7 @@ impl Board {
             safe: self.safe(),
             shape: Shape {
                 axes: machine.axes,
-                motors: self.motors().count() as u8, // 4 at most
+                motors: count,
                 kinematics: machine.kinematics,
                 defaults,
             },
@@ -213,14 +218,26 @@ impl Board {
     /// first.
     fn safe(&self) -> SafeTable {
         let low = |pin: Pin| (pin, false);
-        let motors = self.motors().flat_map(|one| [one.step, one.direction]);
+        let motors = self.motor_sockets().flat_map(|one| one.drive.pins());
         let high = self.outputs.high.iter().map(|pin| (*pin, true));
         let switched = self.switched().map(|(_, output)| output);
         let all = std::iter::once(low(self.power.pin))
-            .chain(motors.map(low))
+            .chain(motors.map(|(_, pin)| low(pin)))
             .chain(high)
             .chain(switched.map(|output| (output.pin, output.on == Level::Low)));
         SafeTable::new(all.map(|(pin, high)| (port(pin), pin.number, high)))
+    }
+}
+
+/// A motor with a driver, as a record has it.
+fn recorded_motor(motor: MotorSocket) -> Option<Motor> {
+    match motor.drive {
+        Drive::Driver { step, direction } => Some(Motor {
+            step: pin(step),
+            direction: pin(direction),
+            limit: input(motor.limit),
+        }),
+        Drive::Windings(_) => None,
     }
 }
 

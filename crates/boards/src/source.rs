@@ -5,7 +5,7 @@ use crate::{
     chip::channel,
     flash::{Sector, BEGIN},
     record::mask,
-    Board, Closes, Input, Kinematics, Level, Output, Pin,
+    Board, Closes, Drive, Input, Kinematics, Level, Output, Pin,
 };
 use std::fmt::Write;
 
@@ -21,15 +21,8 @@ impl Board {
         let mut text = format!(
             "pub(crate) const SETTINGS_SECTORS: (Sector, Sector) = (Sector::new({first}), Sector::new({second}));\n"
         );
-        let motors = self.motor.iter().map(|motor| (motor.step, motor.direction));
-        let spare = self.sockets.motor;
-        let motors = motors.chain(spare.map(|motor| (motor.step, motor.direction)));
-        let motors = motors.map(|(step, direction)| {
-            let (step, direction) = (literal(step), literal(direction));
-            format!("MotorPins::new({step}, {direction})")
-        });
-        let limits = self.motor.iter().map(|motor| motor.limit);
-        let limits = limits.chain(spare.map(|motor| motor.limit)).map(input);
+        let motors = self.motor_sockets().map(|motor| motor.drive.literal());
+        let limits = self.motor_sockets().map(|motor| input(motor.limit));
         let synchronised = self.sockets.outputs.iter().map(|one| output_literal(*one));
         text += &self.sensors();
         text += &self.capture_inputs();
@@ -198,7 +191,11 @@ pub(crate) fn own() -> Own {{
                 format!("{words}\n_stext = ORIGIN(FLASH) + {offset:#X};\n"),
             )
         };
-        script(self.start, length, CODE, &text)
+        let memory = match self.motor_sockets().count() > FEW_MOTORS {
+            true => MANY_MOTORS,
+            false => USUAL,
+        };
+        script(self.start, length, memory, &text)
     }
 
     /// The linker's memory map of an image that reads its board from a record. The record's sector
@@ -222,53 +219,79 @@ _stext = {:#010X};
             self.start,
             sector.end() + leadscrew_record::PROGRAM - self.start,
             match has_four_motors {
-                true => FOUR_MOTORS_CODE,
-                false => RECORD_CODE,
+                true => RECORD_OF_FOUR,
+                false => RECORD,
             },
             &text,
         ))
     }
 }
 
-/// The script for a flash of `length` bytes from `start` on, with `code` bytes for the step
-/// interrupts' code.
-fn script(start: u32, length: u32, code: u32, text: &str) -> String {
-    let ram = ram(code);
+/// How an image divides the memory.
+#[derive(Clone, Copy)]
+struct Memory {
+    /// Bytes for the step interrupts' code, the first ones of SRAM1.
+    code: u32,
+    /// KiB for the stack, the first ones of the core coupled memory.
+    stack: u32,
+}
+
+/// With pins that are compiled in, and four motors or fewer.
+const USUAL: Memory = Memory {
+    code: 4096,
+    stack: 16,
+};
+const FEW_MOTORS: usize = 4;
+/// With more motors the code and the machine are larger.
+const MANY_MOTORS: Memory = Memory {
+    code: 5120,
+    stack: 15,
+};
+/// An image that reads the pins from a record has longer code.
+const RECORD: Memory = Memory {
+    code: 5120,
+    ..USUAL
+};
+const RECORD_OF_FOUR: Memory = Memory {
+    code: 4608,
+    ..USUAL
+};
+
+/// The script for a flash of `length` bytes from `start` on.
+fn script(start: u32, length: u32, memory: Memory, text: &str) -> String {
+    let Memory { stack, .. } = memory;
+    let ram = ram(memory);
     format!(
         "MEMORY
 {{
   FLASH    : ORIGIN = {start:#010X}, LENGTH = {}K
 {ram}}}
-{text}{STACK}",
+{text}{STACK}__stack_top = ORIGIN(CCM) + {stack}K;
+",
         length >> 10
     )
 }
 
-/// SRAM and core coupled memory, as every F407 has them (data sheet DocID022152 section 2.2). Code
-/// takes the first bytes of SRAM1.
-fn ram(code: u32) -> String {
+/// SRAM and core coupled memory, as every F407 has them (data sheet DocID022152 section 2.2).
+fn ram(memory: Memory) -> String {
+    let Memory { code, stack } = memory;
     format!(
         "  /* The first bytes of SRAM1, as the core fetches them once SRAM1 is at 0. */
   CODE     : ORIGIN = 0x00000000, LENGTH = {code}
   RAM      : ORIGIN = {:#010X}, LENGTH = {}
-  CCM      : ORIGIN = 0x10000000, LENGTH = 16K
-  CCM_DATA : ORIGIN = 0x10004000, LENGTH = 48K
+  CCM      : ORIGIN = 0x10000000, LENGTH = {stack}K
+  CCM_DATA : ORIGIN = {:#010X}, LENGTH = {}K
 ",
         0x2000_0000 + code,
         (128 << 10) - code,
+        0x1000_0000 + (stack << 10),
+        64 - stack,
     )
 }
 
-/// Bytes for the step interrupts' code. The code is longer in an image that reads the pins from a
-/// record.
-const CODE: u32 = 4096;
-const RECORD_CODE: u32 = 5120;
-const FOUR_MOTORS_CODE: u32 = 4608;
-
 const STACK: &str =
     "/* The stack grows down to the begin of the core coupled memory: below it there is nothing, so that an overflow is a fault
-   and not a variable that changes. */
-__stack_top = ORIGIN(CCM) + 16K;
+   and not a variable that changes. `__stack_top` is its begin. */
 _stack_end = ORIGIN(CCM);
 /* What the vector table says: bootloaders after ST's template start a program only where this is in SRAM, below 0x20020000.
    `src/safe_state/` goes over to the stack above before anything is pushed. */
@@ -304,6 +327,19 @@ fn input(input: Option<Input>) -> String {
 
 fn optional(value: Option<String>) -> String {
     value.map_or("None".to_owned(), |value| format!("Some({value})"))
+}
+
+impl Drive {
+    /// The pins as the source text of a value.
+    fn literal(self) -> String {
+        match self {
+            Self::Driver { step, direction } => {
+                let (step, direction) = (literal(step), literal(direction));
+                format!("MotorPins::new({step}, {direction})")
+            }
+            Self::Windings(lines) => format!("MotorPins::new({})", list(lines.map(literal))),
+        }
+    }
 }
 
 impl Input {

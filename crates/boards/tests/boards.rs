@@ -1,5 +1,13 @@
 //! The boards that come with the firmware have no mistakes; one mistake in a board is found.
-use leadscrew_boards::{Board, Needs, Socket, Unfit, BOARDS};
+use leadscrew_boards::{Board, Drive, MotorSocket, Needs, NoRecord, Socket, Unfit, BOARDS};
+
+/// The step pin of a motor with a driver.
+fn step(motor: &MotorSocket) -> String {
+    match motor.drive {
+        Drive::Driver { step, .. } => step.to_string(),
+        Drive::Windings(_) => panic!("{motor:?} has no driver"),
+    }
+}
 
 fn board(name: &str) -> &'static str {
     BOARDS.iter().find(|(one, _)| *one == name).unwrap().1
@@ -165,6 +173,24 @@ const WRONG: &[(&str, &str, &str)] = &[
         "start = 0x0800_1000",
         "no sector begins",
     ),
+    // Motors of two kinds; a motor of neither kind; the lines of a motor on two ports.
+    (
+        r#"step = "PE8"
+direction = "PE11""#,
+        r#"lines = ["PE8", "PE11", "PE2", "PE3", "PE1"]"#,
+        "motor 1: a driver, and others have lines",
+    ),
+    (
+        r#"direction = "PE11""#,
+        "",
+        "a motor has `step` and `direction`, or `lines`",
+    ),
+    (
+        r#"step = "PE8"
+direction = "PE11""#,
+        r#"lines = ["PE8", "PE11", "PA3", "PE3", "PE1"]"#,
+        "motor 2: its lines are on more than one port",
+    ),
     // Texts that do not describe a board.
     (r#"step = "PE8""#, r#"step = "E8""#, "is no pin"),
     ("crystal", "cristal", "unknown field `cristal`"),
@@ -280,9 +306,8 @@ fn a_machine_s_motors_are_plugged_in_where_its_file_says() {
             ..Needs::default()
         });
         fitted.map(|board| {
-            let steps = board.motor.iter().map(|motor| motor.step.to_string());
-            let spare = board.sockets.motor.map(|motor| motor.step.to_string());
-            steps.chain(spare).collect::<Vec<String>>()
+            let sockets = board.motor_sockets().collect::<Vec<MotorSocket>>();
+            sockets.iter().map(step).collect::<Vec<String>>()
         })
     };
     assert_eq!(at(vec![None; 3]).unwrap(), ["PE7", "PE8", "PE9"]);
@@ -290,9 +315,11 @@ fn a_machine_s_motors_are_plugged_in_where_its_file_says() {
     assert_eq!(at(swapped).unwrap(), ["PE14", "PE8", "PE9", "PE7"]);
     let shared = at(vec![Some(Socket::Y), None, None]).unwrap_err();
     assert_eq!(shared, Unfit::Shared(Socket::Y));
+    let six = ["PE7", "PE8", "PE9", "PE14", "PD0", "PD2"];
+    assert_eq!(at(vec![None; 6]).unwrap(), six);
     assert!(matches!(
-        at(vec![None; 5]),
-        Err(Unfit::Motors { needs: 5, has: 4 })
+        at(vec![None; 7]),
+        Err(Unfit::Motors { needs: 7, has: 6 })
     ));
 }
 
@@ -305,8 +332,7 @@ fn a_printer_s_four_motors_and_two_heaters_fit_the_robin_nano() {
         ..Needs::default()
     };
     let printer = board.fitted(&needs).unwrap();
-    let spare = printer.sockets.motor.unwrap();
-    assert_eq!(spare.step.to_string(), "PD6");
+    assert_eq!(step(&printer.sockets.motors[0]), "PD6");
     let heaters = printer.sockets.heaters.iter();
     let pins = heaters.map(|one| (one.pin.to_string(), one.sensor.to_string()));
     assert_eq!(
@@ -326,6 +352,20 @@ fn a_board_with_motors_of_its_own_kind_takes_no_machine() {
 }
 
 #[test]
+fn motors_without_drivers_and_a_fifth_motor_have_no_record() {
+    let windings = Board::read(board("machine-001")).unwrap();
+    assert!(windings.switches_windings());
+    assert_eq!(windings.record(), Err(NoRecord::Motors));
+    let needs = Needs {
+        motors: vec![None; 5],
+        ..Needs::default()
+    };
+    let discovery = Board::read(board("discovery")).unwrap();
+    let five = discovery.fitted(&needs).unwrap();
+    assert_eq!(five.record_for(&five.machine()), Err(NoRecord::Motors));
+}
+
+#[test]
 fn a_record_is_the_one_that_was_worked_out_by_hand() {
     let text = include_str!("../../record/tests/discovery.hex");
     let hex = text.lines().filter_map(|line| line.split('#').next());
@@ -338,9 +378,11 @@ fn a_record_is_the_one_that_was_worked_out_by_hand() {
 }
 
 #[test]
-fn every_board_has_a_record_in_a_sector_of_its_own() {
-    for (name, text) in BOARDS {
-        let board = Board::read(text).unwrap();
+fn every_board_with_drivers_has_a_record_in_a_sector_of_its_own() {
+    let boards = BOARDS.map(|(name, text)| (name, Board::read(text).unwrap()));
+    let with_drivers = boards.iter().filter(|(_, one)| !one.switches_windings());
+    assert_eq!(with_drivers.clone().count(), BOARDS.len() - 1);
+    for (name, board) in with_drivers {
         let record = board.record().unwrap();
         assert!(leadscrew_record::Record::read(&record).is_ok(), "{name}");
         let begin = match board.start {

@@ -103,8 +103,9 @@ fn motors(profile: &Profile) -> String {
     let mut motors: Vec<String> = profile.letters().iter().map(char::to_string).collect();
     let second = profile.second_motor.map(|second| second.axis.number());
     motors.extend(second.map(|axis| format!("second {}", motors[axis])));
-    let places = ["motor 1", "motor 2", "motor 3", "spare motor"];
-    let named = places.iter().zip(motors);
+    let places = (1..=3).map(|number| format!("motor {number}"));
+    let places = places.chain((1..).map(|number| format!("spare motor {number}")));
+    let named = places.zip(motors);
     let named: Vec<String> = named
         .map(|(place, motor)| format!("{place} {motor}"))
         .collect();

@@ -46,7 +46,7 @@ pub use segment::{
 };
 pub use shared::Shared;
 pub use stepper::{Progress, Stepper, Tick};
-pub use windings::{WindingPort, WindingTable, Windings, FIVE_PHASE_HALF_STEPS};
+pub use windings::{next_state, WindingPort, WindingTable, Windings, FIVE_PHASE_HALF_STEPS};
 
 /// The examples of the package's README, run as tests.
 #[cfg(doctest)]

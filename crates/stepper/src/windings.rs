@@ -20,6 +20,27 @@ pub const FIVE_PHASE_HALF_STEPS: WindingTable<10> = [
     0b1_0001,
 ];
 
+/// The index of a motor's state after a step: the next one of the table, or with a negative step
+/// the one before. The last state and the first are neighbours.
+///
+/// ```
+/// use leadscrew_stepper::next_state;
+/// assert_eq!(next_state::<10>(9, false), 0);
+/// assert_eq!(next_state::<10>(0, true), 9);
+/// ```
+#[must_use]
+#[inline]
+pub const fn next_state<const STATES: usize>(state: usize, negative: bool) -> usize {
+    match negative {
+        true => match state.checked_sub(1) {
+            Some(before) => before,
+            None => STATES.saturating_sub(1),
+        },
+        false if state + 1 < STATES => state + 1,
+        false => 0,
+    }
+}
+
 /// The lines of motors. Implemented by the board; called from the step interrupt, and at rest from
 /// the main loop.
 pub trait WindingPort {
@@ -87,14 +108,9 @@ where
 {
     fn step(&mut self, motors: MotorMask) {
         for (motor, state) in self.states.iter_mut().enumerate() {
-            if !motors.contains(motor) {
-                continue;
+            if motors.contains(motor) {
+                *state = next_state::<STATES>(*state, self.negative.contains(motor));
             }
-            *state = match self.negative.contains(motor) {
-                true => state.checked_sub(1).unwrap_or(STATES.saturating_sub(1)),
-                false if *state + 1 < STATES => *state + 1,
-                false => 0,
-            };
         }
         for motor in 0..MOTORS {
             if motors.contains(motor) {

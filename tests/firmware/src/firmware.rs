@@ -2,8 +2,8 @@
 use crate::{
     bench::Failure,
     wiring::{
-        Wiring, DISCOVERY, DISCOVERY_4, DUAL_Y, FLY_407ZG, MACHINE_003, OCTOPUS, ROBIN_NANO_V3,
-        SKR_2, SPIDER,
+        Wiring, DISCOVERY, DISCOVERY_4, DISCOVERY_6, DUAL_Y, FLY_407ZG, MACHINE_001, MACHINE_003,
+        OCTOPUS, ROBIN_NANO_V3, SKR_2, SPIDER,
     },
 };
 use leadscrew_boards::Board;
@@ -97,8 +97,8 @@ pub(crate) struct Firmware {
     /// Without pins, for boards of four motors behind a bootloader of 32 KiB: their records say how
     /// the motors move the axes.
     pub(crate) four_motors: Build,
-    /// For the machine of `four_axes.toml`, if built.
-    pub(crate) four_axes: Option<Build>,
+    /// For the machine of `six_axes.toml`, if built.
+    pub(crate) six_axes: Option<Build>,
 }
 
 /// The builds for boards other than the unmodified Discovery.
@@ -135,13 +135,12 @@ impl Firmware {
         without_pins.extend(behind_48);
         Ok(Firmware {
             more: more.into_iter().filter_map(built).collect(),
-            // The SKR 2 with its fourth driver on an axis of its own instead of Y.
-            four_axes: read("four-axes", &DUAL_Y, USUAL_BAUD).ok(),
+            six_axes: read("six-axes", &DISCOVERY_6, USUAL_BAUD).ok(),
             without_pins,
             four_motors,
             machines: [
                 read("machine-file-000", &DISCOVERY_4, USUAL_BAUD)?,
-                read("machine-file-001", &DISCOVERY, USUAL_BAUD)?,
+                read("machine-file-001", &MACHINE_001, USUAL_BAUD)?,
                 read("machine-file-002", &DISCOVERY, USUAL_BAUD)?,
                 read("machine-file-003", &MACHINE_003, USUAL_BAUD)?,
                 read("machine-file-004", &DISCOVERY_4, USUAL_BAUD)?,
@@ -200,7 +199,7 @@ impl Firmware {
             build.fault = Some(fault);
         }
         let more = faulty.more.iter_mut().map(|(_, build)| build);
-        for build in more.chain(&mut faulty.four_axes) {
+        for build in more.chain(&mut faulty.six_axes) {
             build.fault = Some(fault);
         }
         faulty

@@ -25,6 +25,7 @@ mod planted;
 mod qemu;
 mod steps;
 mod stream;
+mod windings;
 mod wiring;
 
 use crate::{

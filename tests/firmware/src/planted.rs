@@ -126,6 +126,12 @@ pub(crate) const PLANTED: &[Planted] = &[
         &["queued-traces"],
     ),
     planted(
+        "a line of machine 001's Y stays off",
+        GPIOD + 0x18,
+        |word| Some(word & !1),
+        &["machines"],
+    ),
+    planted(
         "the step pin of X not driven",
         GPIOE,
         |word| Some(word & !(3 << 14)),

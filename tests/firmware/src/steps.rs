@@ -5,16 +5,21 @@
 //!                 ____             ____
 //!  step pin  ____|    |___________|    |  rising edge: `latency` after the last match
 //! ```
+//!
+//! A motor without a driver has lines instead: `windings.rs` says which of their changes is a step.
 use crate::{
     pins::{CYCLES_PER_COUNT, TICK},
+    windings::{Change, Phases},
     wiring::Wiring,
 };
 use leadscrew_f407emu::{Edge, Machine, Match, Pin};
 
 /// How far apart the stores to two ports may be and still make one step event, cycles.
 const SKEW: u64 = 20;
+/// As [`SKEW`], where each motor's lines have a store of their own.
+const SKEW_OF_LINES: u64 = 100;
 /// The most motors of a board.
-const MOTORS: usize = 4;
+const MOTORS: usize = 6;
 
 /// One step event at the pins.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -84,6 +89,10 @@ pub(crate) struct Tracker {
     rose: [Option<u64>; MOTORS],
     fell: [Option<u64>; MOTORS],
     turned: [Option<u64>; MOTORS],
+    /// Motors without drivers.
+    pub(crate) phases: Vec<Phases>,
+    /// The cycles at which lines were put to no state, or to one that must not follow.
+    pub(crate) faults: Vec<u64>,
 }
 
 impl Tracker {
@@ -99,6 +108,8 @@ impl Tracker {
             rose: [None; MOTORS],
             fell: [None; MOTORS],
             turned: [None; MOTORS],
+            phases: (1..=wiring.lines.len()).map(Phases::new).collect(),
+            faults: Vec::new(),
         }
     }
 
@@ -107,6 +118,7 @@ impl Tracker {
         *self = Tracker {
             negative: self.negative,
             tick: self.tick,
+            phases: std::mem::take(&mut self.phases),
             ..Tracker::new(self.wiring)
         };
     }
@@ -119,13 +131,43 @@ impl Tracker {
             .partition(|matched| (matched.timer, matched.channel) == TICK);
         self.settled.extend(alarms.iter().map(|alarm| alarm.cycle));
         let mut ticks = ticks.into_iter().peekable();
-        for edge in machine.take_edges() {
+        let mut edges = machine.take_edges().into_iter().peekable();
+        while let Some(edge) = edges.next() {
             while let Some(tick) = ticks.next_if(|tick| tick.cycle <= edge.cycle) {
                 self.tick = Some(tick);
             }
-            self.edge(&edge);
+            // A store changes all pins of its port at the same instant.
+            let is_last = edges.peek().is_none_or(|next| next.cycle > edge.cycle);
+            match self.line(edge.pin) {
+                Some((motor, line)) => self.switch(motor, line, &edge, is_last),
+                None => self.edge(&edge),
+            }
         }
         self.tick = ticks.last().or(self.tick);
+    }
+
+    /// The motor whose winding is on a pin, and the number of the line.
+    fn line(&self, pin: Pin) -> Option<(usize, usize)> {
+        let motors = self.wiring.lines.iter().enumerate();
+        let mut found = motors.filter_map(|(motor, lines)| {
+            let line = lines.iter().position(|&line| line == pin)?;
+            Some((motor, line))
+        });
+        found.next()
+    }
+
+    /// A line of a motor changes; the `last` one of a store decides what the store did.
+    fn switch(&mut self, motor: usize, line: usize, edge: &Edge, last: bool) {
+        let phases = &mut self.phases[motor];
+        phases.set(line, edge.level);
+        match last.then(|| phases.settle()) {
+            None | Some(Change::Current) => {}
+            Some(Change::Fault) => self.faults.push(edge.cycle),
+            Some(Change::Step { negative }) => {
+                self.negative = self.negative & !(1 << motor) | u8::from(negative) << motor;
+                self.step(motor, edge.cycle, SKEW_OF_LINES);
+            }
+        }
     }
 
     fn edge(&mut self, edge: &Edge) {
@@ -146,10 +188,17 @@ impl Tracker {
             self.extremes.low = self.extremes.low.min(cycle - fell);
         }
         self.rose[motor] = Some(cycle);
+        self.step(motor, cycle, SKEW);
+    }
+
+    /// A motor steps: in an event of its own, or with others whose edges are at most `skew` cycles
+    /// earlier.
+    fn step(&mut self, motor: usize, cycle: u64, skew: u64) {
         let bit = 1 << motor;
         if let Some(last) = self.steps.last_mut() {
-            if cycle <= last.edge() + SKEW && last.motors & bit == 0 {
+            if cycle <= last.edge() + skew && last.motors & bit == 0 {
                 last.motors |= bit;
+                last.negative = self.negative;
                 self.extremes.skew = self.extremes.skew.max(cycle - last.edge());
                 return;
             }

@@ -28,6 +28,8 @@ pub(crate) struct Wiring {
     pub(crate) step: &'static [Pin],
     /// Direction pins; high is negative.
     pub(crate) direction: &'static [Pin],
+    /// The lines of motors without drivers, of which each has five.
+    pub(crate) lines: &'static [[Pin; 5]],
     /// The limit switches, at most one for each motor.
     pub(crate) limits: &'static [Option<Switch>],
     /// Power of laser or spindle, a PWM.
@@ -66,6 +68,7 @@ pub(crate) const DISCOVERY: Wiring = Wiring {
     line: LINE,
     step: &STEP,
     direction: &DIRECTION,
+    lines: &[],
     limits: &[
         to_ground(LIMIT[0]),
         to_ground(LIMIT[1]),
@@ -91,6 +94,27 @@ pub(crate) const DISCOVERY_4: Wiring = Wiring {
     ..DISCOVERY
 };
 
+/// The Discovery with a motor in each of its six sockets.
+pub(crate) const DISCOVERY_6: Wiring = Wiring {
+    step: &[
+        STEP[0],
+        STEP[1],
+        STEP[2],
+        Pin::new('E', 14),
+        Pin::new('D', 0),
+        Pin::new('D', 2),
+    ],
+    direction: &[
+        DIRECTION[0],
+        DIRECTION[1],
+        DIRECTION[2],
+        Pin::new('E', 15),
+        Pin::new('D', 1),
+        Pin::new('D', 3),
+    ],
+    ..DISCOVERY_4
+};
+
 /// Sockets of the Discovery: the output P0, a fan, the heaters of nozzle and bed, their sensors,
 /// the relay of their supply, and the input for heater faults, which is high as long as there is
 /// none.
@@ -111,11 +135,35 @@ pub(crate) const TOOL_UPPER: Switch = Switch {
     closed: true,
 };
 
+const fn lines(port: char, numbers: [u8; 5]) -> [Pin; 5] {
+    let [a, b, c, d, e] = numbers;
+    [
+        Pin::new(port, a),
+        Pin::new(port, b),
+        Pin::new(port, c),
+        Pin::new(port, d),
+        Pin::new(port, e),
+    ]
+}
+
+/// Machine 001: no drivers.
+pub(crate) const MACHINE_001: Wiring = Wiring {
+    step: &[],
+    direction: &[],
+    lines: &[
+        lines('E', [7, 8, 9, 10, 11]),
+        lines('D', [0, 1, 2, 3, 6]),
+        lines('B', [7, 11, 13, 14, 15]),
+    ],
+    ..DISCOVERY
+};
+
 /// Machine 003: only Z has a limit switch.
 pub(crate) const MACHINE_003: Wiring = Wiring {
     line: SerialPort::Usart1,
     step: &[Pin::new('D', 12), Pin::new('A', 0), Pin::new('C', 6)],
     direction: &[Pin::new('D', 13), Pin::new('A', 1), Pin::new('C', 7)],
+    lines: &[],
     limits: &[None, None, to_supply(Pin::new('D', 2))],
     power: Pin::new('E', 9),
     spindle: Pin::new('E', 11),
@@ -129,6 +177,7 @@ pub(crate) const SKR_2: Wiring = Wiring {
     line: SerialPort::Usart1,
     step: &[Pin::new('E', 2), Pin::new('D', 5), Pin::new('A', 15)],
     direction: &[Pin::new('E', 1), Pin::new('D', 4), Pin::new('A', 8)],
+    lines: &[],
     limits: &[
         to_ground(Pin::new('C', 1)),
         to_ground(Pin::new('C', 3)),
@@ -169,6 +218,7 @@ pub(crate) const OCTOPUS: Wiring = Wiring {
     line: SerialPort::Usart1,
     step: &[Pin::new('F', 13), Pin::new('G', 0), Pin::new('F', 11)],
     direction: &[Pin::new('F', 12), Pin::new('G', 1), Pin::new('G', 3)],
+    lines: &[],
     limits: &[
         to_ground(Pin::new('G', 6)),
         to_ground(Pin::new('G', 9)),
@@ -186,6 +236,7 @@ pub(crate) const FLY_407ZG: Wiring = Wiring {
     line: SerialPort::Usart1,
     step: &[Pin::new('B', 9), Pin::new('B', 8), Pin::new('A', 8)],
     direction: &[Pin::new('E', 0), Pin::new('G', 11), Pin::new('D', 6)],
+    lines: &[],
     limits: &[
         to_ground(Pin::new('C', 3)),
         to_ground(Pin::new('F', 2)),
@@ -203,6 +254,7 @@ pub(crate) const SPIDER: Wiring = Wiring {
     line: SerialPort::Usart1,
     step: &[Pin::new('E', 11), Pin::new('D', 8), Pin::new('D', 14)],
     direction: &[Pin::new('E', 10), Pin::new('B', 12), Pin::new('D', 13)],
+    lines: &[],
     limits: &[
         to_ground(Pin::new('B', 14)),
         to_ground(Pin::new('B', 13)),
@@ -220,6 +272,7 @@ pub(crate) const ROBIN_NANO_V3: Wiring = Wiring {
     line: SerialPort::Usart1,
     step: &[Pin::new('E', 3), Pin::new('E', 0), Pin::new('B', 5)],
     direction: &[Pin::new('E', 2), Pin::new('B', 9), Pin::new('B', 4)],
+    lines: &[],
     limits: &[
         to_ground(Pin::new('A', 15)),
         to_ground(Pin::new('D', 2)),

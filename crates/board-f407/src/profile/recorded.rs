@@ -67,6 +67,9 @@ pub(crate) use image::{kinematics, Kinematics};
 pub(crate) const AXES: usize = image::COUNT;
 pub(crate) const MOTORS: usize = image::COUNT;
 
+/// The outputs of M62 to M65: they need a machine's file, and a board with a record has none.
+pub(crate) const SYNCHRONISED: &[Output] = &[];
+
 /// The extensions of the machine: none.
 pub(crate) type Own = ();
 

@@ -38,6 +38,9 @@ pub(crate) const fn config() -> MachineConfig<AXES> {
     config
 }
 
+/// The outputs of M62 to M65.
+pub(crate) const SYNCHRONISED: &[Output] = PROFILE.synchronised;
+
 /// A board whose pins are compiled in needs no record, so there is no reason to refuse. Start-up.
 pub(crate) fn find() -> Option<&'static str> {
     None
@@ -51,7 +54,7 @@ pub(crate) struct Profile {
     pub(crate) crystal_hz: u32,
     /// The serial line.
     pub(crate) serial: SerialPins,
-    /// Step and direction of each motor.
+    /// The pins that move each motor.
     pub(crate) motors: [MotorPins; MOTORS],
     /// The pins that enable all motors. The setting `$4` says which level enables.
     pub(crate) enables: &'static [Pin],
@@ -108,17 +111,50 @@ pub(crate) struct PowerPin {
     pub(crate) frequency: u32,
 }
 
-/// A motor driver's pins.
+/// The pins of a motor's driver.
+#[cfg(not(windings))]
 #[derive(Clone, Copy)]
 pub(crate) struct MotorPins {
     pub(crate) step: Pin,
     pub(crate) direction: Pin,
 }
 
+#[cfg(not(windings))]
 impl MotorPins {
+    /// How many there are.
+    pub(crate) const COUNT: usize = 2;
+
     /// Names both pins.
     pub(crate) const fn new(step: Pin, direction: Pin) -> Self {
         Self { step, direction }
+    }
+
+    /// All of them.
+    pub(crate) const fn all(self) -> [Pin; Self::COUNT] {
+        [self.step, self.direction]
+    }
+}
+
+/// The lines of a motor without driver.
+#[cfg(windings)]
+#[derive(Clone, Copy)]
+pub(crate) struct MotorPins {
+    pub(crate) lines: [Pin; Self::COUNT],
+}
+
+#[cfg(windings)]
+impl MotorPins {
+    /// How many there are: one for each phase.
+    pub(crate) const COUNT: usize = 5;
+
+    /// Names the lines.
+    pub(crate) const fn new(lines: [Pin; Self::COUNT]) -> Self {
+        Self { lines }
+    }
+
+    /// All of them.
+    pub(crate) const fn all(self) -> [Pin; Self::COUNT] {
+        self.lines
     }
 }
 

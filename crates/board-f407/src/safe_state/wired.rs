@@ -3,7 +3,7 @@ use super::{Store, FRESH};
 use crate::{
     chip::Bank,
     gpio::Pin,
-    profile::{banks, MOTORS, PROFILE},
+    profile::{banks, MotorPins, MOTORS, PROFILE},
 };
 use core::arch::global_asm;
 
@@ -13,9 +13,13 @@ const PINS: ([Pin; MOST], [bool; MOST], usize) = {
     let (mut pins, mut levels, mut count) = ([PROFILE.power.pin; MOST], [false; MOST], 1);
     let mut motor = 0;
     while motor < MOTORS {
-        pins[count] = PROFILE.motors[motor].step;
-        pins[count + 1] = PROFILE.motors[motor].direction;
-        count += 2;
+        let of_motor = PROFILE.motors[motor].all();
+        let mut pin = 0;
+        while pin < of_motor.len() {
+            pins[count] = of_motor[pin];
+            count += 1;
+            pin += 1;
+        }
         motor += 1;
     }
     let mut high = 0;
@@ -54,7 +58,7 @@ const PINS: ([Pin; MOST], [bool; MOST], usize) = {
     }
     (pins, levels, count)
 };
-const MOST: usize = 1 + 2 * MOTORS + PROFILE.high.len() + SINGLE + LISTED;
+const MOST: usize = 1 + MotorPins::COUNT * MOTORS + PROFILE.high.len() + SINGLE + LISTED;
 /// Outputs of `PROFILE` that a board may have or not: spindle, its reverse, flood, mist, the
 /// heaters' supply, fan.
 const SINGLE: usize = 6;

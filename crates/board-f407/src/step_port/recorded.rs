@@ -147,7 +147,3 @@ pub(super) fn set_direction(negative: MotorMask) {
 pub(super) fn end_pulse() {
     TABLES.steps.put(&TABLES.pulse_end);
 }
-
-/// Does nothing: M62 to M65 need a machine's file, and a board with a record has none.
-#[inline(always)]
-pub(super) fn change_outputs(_: OutputChange) {}

@@ -10,7 +10,7 @@ use core::{
     array::from_fn,
     sync::atomic::{AtomicU32, Ordering::Relaxed},
 };
-use leadscrew_stepper::{MotorMask, OutputChange};
+use leadscrew_stepper::MotorMask;
 
 /// Sets of motors.
 const SETS: usize = 1 << MOTORS;
@@ -128,16 +128,5 @@ pub(super) fn set_direction(negative: MotorMask) {
 pub(super) fn end_pulse() {
     for (bank, word) in STEP_BANKS.0.iter().zip(&PULSE_END) {
         bank.write(word.load(Relaxed));
-    }
-}
-
-/// Changes the outputs of M62 to M65: one store for each that changes. Any context.
-#[inline(always)] // the step interrupt must reach no code in the flash (`cargo xtask thumb`)
-pub(crate) fn change_outputs(change: OutputChange) {
-    for (index, output) in PROFILE.synchronised.iter().enumerate() {
-        let bit = 1 << index;
-        if (change.set | change.clear) & bit != 0 {
-            output.switch(change.set & bit != 0);
-        }
     }
 }

@@ -117,6 +117,8 @@ impl Socket {
             Self::Y => OfBoard::Y,
             Self::Z => OfBoard::Z,
             Self::Spare => OfBoard::Spare,
+            Self::Spare2 => OfBoard::Spare2,
+            Self::Spare3 => OfBoard::Spare3,
         }
     }
 }

@@ -186,7 +186,7 @@ pub struct Axis {
     /// Whether it is a rotary axis: its unit is then degrees instead of millimetres.
     pub rotary: bool,
     /// The board's socket of its motor and limit switch, where it is not the next one in the order
-    /// x, y, z, spare.
+    /// x, y, z, spare, spare-2, spare-3.
     pub socket: Option<Socket>,
 }
 
@@ -200,8 +200,14 @@ pub enum Socket {
     Y,
     /// The third.
     Z,
-    /// The spare socket, which the board's file lists in `[sockets]`.
+    /// The first of the spare sockets, which the board's file lists in `[sockets]`.
     Spare,
+    /// The second of them.
+    #[serde(rename = "spare-2")]
+    Spare2,
+    /// The third of them.
+    #[serde(rename = "spare-3")]
+    Spare3,
 }
 
 /// An end of an axis.

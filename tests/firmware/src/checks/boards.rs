@@ -186,38 +186,61 @@ pub(crate) fn more(firmware: &Firmware) -> Result<Figures, Failure> {
         let works = works.map_err(|Failure(words)| Failure(format!("{name}: {words}")))?;
         figures.add(name, format!("{works}; {safe}"));
     }
-    let missing = || Failure("four-axes has not been built".into());
-    let build = firmware.four_axes.as_ref().ok_or_else(missing)?;
-    figures.add("four axes", ensure_four_axes(build, &four_axes()?)?);
+    let missing = || Failure("six-axes has not been built".into());
+    let build = firmware.six_axes.as_ref().ok_or_else(missing)?;
+    figures.add("six axes", ensure_axes(build, &SIX_AXES)?);
     Ok(figures)
 }
 
-/// The carriages of `four_axes.toml`: the rotary table has no switch.
-const CARRIAGES: [Carriage; 3] = [(0, 750, 250), (1, 1250, 250), (2, 500, 250)];
-/// All axes together, then the rotary table alone, in both directions.
-const TURNS: &str = "G21G91G94\nG1X-4Y-2Z-1A90F1000\nA-45F3000\nX2Y1Z0.5A360\nG0X-1A-30\n";
-
-/// The machine with a fourth axis.
-pub(super) fn four_axes() -> Result<Profile, Failure> {
-    let file = job::repository().join("tests/firmware/four_axes.toml");
-    Ok(Profile::load(&file)?)
+/// A machine with more than three axes.
+pub(super) struct Axes {
+    /// Its file in `tests/firmware`.
+    file: &'static str,
+    /// Its places after homing, as the status report shows them.
+    homed: &'static str,
+    /// A job that moves all axes.
+    program: &'static str,
 }
 
-/// Checks a machine with a fourth axis on an SKR 2: it homes, reports four axes, and steps them to
-/// the tick.
-pub(super) fn ensure_four_axes(build: &Build, profile: &Profile) -> Result<String, Failure> {
+/// All axes together, then the rotary table alone, in both directions.
+pub(super) const FOUR_AXES: Axes = Axes {
+    file: "four_axes.toml",
+    homed: "|MPos:-1.000,-1.000,-1.000,0.000|",
+    program: "G21G91G94\nG1X-4Y-2Z-1A90F1000\nA-45F3000\nX2Y1Z0.5A360\nG0X-1A-30\n",
+};
+
+/// As [`FOUR_AXES`], with a table that tilts and a head that turns.
+const SIX_AXES: Axes = Axes {
+    file: "six_axes.toml",
+    homed: "|MPos:-1.000,-1.000,-1.000,0.000,0.000,0.000|",
+    program: "G21G91G94\nG1X-4Y-2Z-1A90B-20C45F1000\nA-45B15C-90F3000\nX2Y1Z0.5A360B30\n\
+        G0X-1A-30B-5C10\n",
+};
+
+/// The carriages of these machines: rotary axes have no switch.
+const CARRIAGES: [Carriage; 3] = [(0, 750, 250), (1, 1250, 250), (2, 500, 250)];
+
+impl Axes {
+    /// The machine.
+    pub(super) fn profile(&self) -> Result<Profile, Failure> {
+        let folder = job::repository().join("tests/firmware");
+        Ok(Profile::load(&folder.join(self.file))?)
+    }
+}
+
+/// Checks a machine with more than three axes: it homes, reports all axes, and steps them to the
+/// tick.
+pub(super) fn ensure_axes(build: &Build, axes: &Axes) -> Result<String, Failure> {
     let mut bench = Bench::boot(build)?;
     machines::home(&mut bench, &CARRIAGES)?;
     let status = bench.status()?;
-    ensure(status.contains("|MPos:-1.000,-1.000,-1.000,0.000|"), || {
-        status.clone()
-    })?;
-    let turns = Job::new("turns", "$701=500\n", TURNS);
+    ensure(status.contains(axes.homed), || status.clone())?;
+    let turns = Job::new("turns", "$701=500\n", axes.program);
     let steps = machines::run(&mut bench, &turns)?;
     let before = format!("$H\n{}", turns.settings);
     compare::to_the_tick(
         &steps,
-        &desk::plan_machine_with(profile, build.timing, &before, &turns.program)?,
+        &desk::plan_machine_with(&axes.profile()?, build.timing, &before, &turns.program)?,
     )?;
     ensure_stops(build)?;
     Ok(format!("{} step events to the tick", steps.len()))

@@ -14,6 +14,7 @@ use crate::{
     plant::{Body, Contact},
     steps::Step,
     stream::Stream,
+    windings::Phases,
     wiring::{HEATERS, HEATER_FAULT, HEATER_SUPPLY, OUTPUT, SENSORS, TOOL_LOWER, TOOL_UPPER},
 };
 use leadscrew_f407emu::LSI_SLOWEST_HZ;
@@ -212,6 +213,49 @@ pub(super) fn boot_prototyper(build: &Build) -> Result<Bench, Failure> {
     boot_cold(build, [nozzle_amplifier, bed_amplifier])
 }
 
+/// Steps of lines, which show the direction of a motor only while it steps.
+fn of_lines(steps: &[Step]) -> Vec<Step> {
+    let of = |step: &Step| Step {
+        negative: step.negative & step.motors,
+        ..*step
+    };
+    steps.iter().map(of).collect()
+}
+
+/// As [`of_lines`], of the simulator's steps.
+fn of_lines_planned(planned: &[Planned]) -> Vec<Planned> {
+    let of = |step: &Planned| Planned {
+        negative: step.negative & step.motors,
+        ..*step
+    };
+    planned.iter().map(of).collect()
+}
+
+/// How long the motors may have current at rest, s: `$1` is 25 ms.
+const IDLE: f64 = 0.05;
+/// How far apart the lines of two motors may change in one step event, cycles: 0.3 µs.
+const MOST_SKEW: u64 = 50;
+
+/// Checks that each store to the lines made a step to a neighbouring state of the document, or
+/// switched the current, and that no current flows once the motors have rested. Returns how far
+/// apart the motors of one step event were at most, cycles.
+fn ensure_lines(bench: &mut Bench) -> Result<u64, Failure> {
+    bench.run_for(IDLE)?;
+    let (faults, phases) = (&bench.pins.faults, &bench.pins.phases);
+    ensure(faults.is_empty(), || {
+        format!("lines at no state that may follow, at the cycles {faults:?}")
+    })?;
+    ensure(
+        phases.len() == 3 && phases.iter().all(Phases::is_off),
+        || format!("lines at rest: {phases:?}"),
+    )?;
+    let skew = bench.pins.extremes.skew;
+    ensure(skew <= MOST_SKEW, || {
+        format!("lines of one step event are {skew} cycles apart")
+    })?;
+    Ok(skew)
+}
+
 /// Machine 001 heats, feeds from step to step, and is safe where a sensor breaks or the main loop
 /// hangs.
 fn prototyper(build: &Build) -> Result<String, Failure> {
@@ -225,7 +269,8 @@ fn prototyper(build: &Build) -> Result<String, Failure> {
     )?;
     let job = Job::new("part", ZERO, PART);
     let steps = run(&mut bench, &job)?;
-    compare::to_the_tick(&steps, &plan("001", &job)?)?;
+    compare::to_the_tick(&of_lines(&steps), &of_lines_planned(&plan("001", &job)?))?;
+    let skew = ensure_lines(&mut bench)?;
     let switched = bench.pins.others.iter().filter(|edge| edge.pin == OUTPUT);
     let levels: Vec<bool> = switched.clone().map(|edge| edge.level).collect();
     ensure(levels == [true, false, true, false], || {
@@ -246,7 +291,8 @@ fn prototyper(build: &Build) -> Result<String, Failure> {
     let reported = fault_is_reported(&mut bench.clone())?;
     let hung = main_loop_hangs(&mut bench)?;
     Ok(format!(
-        "{} step events to the tick, the feeder {farthest} cycles from a line's border; heaters off {broken:.0} ms \
+        "{} step events to the tick, the lines of one within {skew} cycles, the feeder {farthest} cycles from a \
+         line's border; heaters off {broken:.0} ms \
          after a sensor breaks, {reported:.0} ms after a reported fault, {hung:.0} ms after the main loop hangs",
         steps.len()
     ))

@@ -290,7 +290,7 @@ pub(crate) const CHECKS: &[Check] = &[
     },
     Check {
         name: "more-boards",
-        what: "the builds for boards that came later, and four axes on an SKR 2: the same, and every pin is safe at once",
+        what: "the builds for boards that came later, and six axes on the Discovery: the same, and every pin is safe at once",
         subset: false,
         run: boards::more,
     },

@@ -127,13 +127,13 @@ pub(crate) fn machines(firmware: &Firmware) -> Result<Figures, Failure> {
 
 /// The machine with a fourth axis, from a record.
 fn four_axes(firmware: &Firmware) -> Result<String, Failure> {
-    let profile = boards::four_axes()?;
+    let profile = boards::FOUR_AXES.profile()?;
     let board = Board::find("skr-2", Path::new("")).map_err(Failure)?;
     let record = profile.fitted(&board)?.record_for(&profile.recorded()?)?;
     let build = firmware.four_motors.with_record(&record);
     // The file has more settings than the board's.
     let safe = start_up::ensure_off_within(&build, &[], DRIVEN_LONGEST_US)?;
-    let works = boards::ensure_four_axes(&build, &profile)?;
+    let works = boards::ensure_axes(&build, &boards::FOUR_AXES)?;
     Ok(format!("{works}; {safe}"))
 }
 

@@ -51,6 +51,7 @@ pub(super) fn ensure_off_within(
 ) -> Result<String, Failure> {
     let wiring = build.wiring;
     let motors = wiring.step.iter().chain(wiring.direction);
+    let motors = motors.chain(wiring.lines.iter().flatten());
     let pins: Vec<Pin> = motors
         .chain([&wiring.power, &wiring.spindle])
         .chain(further)
