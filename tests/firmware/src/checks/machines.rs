@@ -2,6 +2,7 @@
 //! is compared with the simulator's, and the machine's faults are tried. `supplied.rs` has the
 //! whole jobs.
 use super::{
+    interrupts::Interrupts,
     planting::{hear_restart, plant, FOR_EVER},
     Figures,
 };
@@ -268,7 +269,9 @@ fn prototyper(build: &Build) -> Result<String, Failure> {
         || format!("feeds while it is cold: {cold:?}"),
     )?;
     let job = Job::new("part", ZERO, PART);
+    bench.machine.record_services();
     let steps = run(&mut bench, &job)?;
+    let longest = Interrupts::of(&bench).longest();
     compare::to_the_tick(&of_lines(&steps), &of_lines_planned(&plan("001", &job)?))?;
     let skew = ensure_lines(&mut bench)?;
     let switched = bench.pins.others.iter().filter(|edge| edge.pin == OUTPUT);
@@ -291,7 +294,7 @@ fn prototyper(build: &Build) -> Result<String, Failure> {
     let reported = fault_is_reported(&mut bench.clone())?;
     let hung = main_loop_hangs(&mut bench)?;
     Ok(format!(
-        "{} step events to the tick, the lines of one within {skew} cycles, the feeder {farthest} cycles from a \
+        "{} step events to the tick, the lines of one within {skew} cycles, a tick {longest} at most, the feeder {farthest} cycles from a \
          line's border; heaters off {broken:.0} ms \
          after a sensor breaks, {reported:.0} ms after a reported fault, {hung:.0} ms after the main loop hangs",
         steps.len()
