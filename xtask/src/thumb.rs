@@ -30,9 +30,9 @@ const LIBRARIES: [&str; 7] = [
     "leadscrew-machine",
 ];
 /// The builds, each with the board or machine that it is for. The build for two motors on Y without
-/// pins has the longest tables, machine 001 has outputs that the step interrupt changes, and machine
-/// 004 has the largest firmware with a file. The Discovery's build is the last one, so that it stays
-/// where `cargo fw` puts it.
+/// pins has the longest tables, machine 001 has motors without drivers and outputs that the step
+/// interrupt changes, and machine 004 has the largest firmware with a file. The Discovery's build is
+/// the last one, so that it stays where `cargo fw` puts it.
 const BUILDS: [&[(&str, &str)]; 5] = [
     &[(fw::RECORD, "1"), (fw::BOARD, "skr-2-dual-y")],
     &[(fw::BOARD, "skr-2-dual-y")],

@@ -252,12 +252,11 @@ fn the_program_goes_where_the_settings_are_not() {
     );
 }
 
-/// An Octopus with one output for M62 to M65 and no other socket.
+/// An Octopus with one output for M62 to M65, and spare motors.
 fn with_an_output() -> Board {
-    let text = board("octopus").replace(
-        "[at]",
-        "[sockets]\noutputs = [{ pin = \"PC13\" }]\n[at]\nPC13 = \"EXP2\"",
-    );
+    let text = board("octopus")
+        .replace("[sockets]", "[sockets]\noutputs = [{ pin = \"PG12\" }]")
+        .replace("[at]", "[at]\nPG12 = \"stop 4\"");
     Board::read(&text).unwrap()
 }
 
@@ -271,7 +270,7 @@ fn a_machine_uses_sockets_that_are_there() {
     let board = with_an_output();
     assert_eq!(board.check(), []);
     let used = board.fitted(&one).unwrap().pins_module();
-    assert!(used.contains("synchronised: &[crate::gpio::Output { pin: Pin::new(Bank::C, 13)"));
+    assert!(used.contains("synchronised: &[crate::gpio::Output { pin: Pin::new(Bank::G, 12)"));
     assert!(board.bare().pins_module().contains("synchronised: &[],"));
     let refused = |change: fn(&mut Needs), words: &str| {
         let mut needs = one.clone();
@@ -280,8 +279,8 @@ fn a_machine_uses_sockets_that_are_there() {
         assert!(why.contains(words), "{why}");
     };
     refused(
-        |needs| needs.motors.push(None),
-        "the machine has 4 motors, the board drives 3",
+        |needs| needs.motors = vec![None; 7],
+        "the machine has 7 motors, the board drives 6",
     );
     refused(|needs| needs.outputs = 2, "the machine has 2 outputs");
     refused(|needs| needs.tool = true, "no `sockets.tool`");

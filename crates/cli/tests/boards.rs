@@ -174,7 +174,7 @@ fn a_record_has_the_machine_of_a_file() {
             "[axes.x]\nstops = \"homing\"\n",
             "`stops` of an axis",
         ),
-        ("octopus", "[axes.a]\n", "the board drives 3"),
+        ("machine-003", "[axes.a]\n", "the board drives 3"),
     ] {
         let refused = pack(board_name, text_of_it);
         assert_eq!(refused.status.code(), Some(2));

@@ -8,7 +8,7 @@ use crate::{
 };
 use core::sync::atomic::{AtomicU32, AtomicU8, Ordering::Relaxed};
 use heapless::Vec;
-use leadscrew_stepper::{MotorMask, OutputChange};
+use leadscrew_stepper::MotorMask;
 
 /// Sets of motors.
 const SETS: usize = 1 << MOTORS;
