@@ -21,7 +21,8 @@
 //!
 //! For each set of motors, a table has the words that go to the ports (`wired`, `recorded`). Each
 //! port that has step pins gets one store, one port after the other. A board with all step pins on
-//! one port steps all motors at the same instant.
+//! one port steps all motors at the same instant. Motors without drivers have no pulses
+//! (`windings`).
 #[cfg(record)]
 mod recorded;
 #[cfg(windings)]
@@ -259,7 +260,7 @@ impl StepPort for Port {
     fn step(&mut self, motors: MotorMask) {
         ports::step(motors);
         if cfg!(windings) {
-            return;
+            return; // no pulse that has to end
         }
         // In one-pulse mode the counter has stopped at 0.
         pulse_timer()

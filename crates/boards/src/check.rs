@@ -227,7 +227,7 @@ impl Board {
 
     /// Whether a pin is an output of the board.
     fn drives(&self, pin: Pin) -> bool {
-        let motors = self.motor_sockets().flat_map(|one| one.drive.pins());
+        let motors = self.motor.iter().flat_map(|one| one.socket.drive.pins());
         let motors = motors.map(|(_, pin)| pin);
         let switched = self.switched().map(|(_, output)| output.pin);
         let mut outputs = motors.chain(switched).chain([self.power.pin]);
