@@ -14,7 +14,7 @@ use super::modal_state::{FeedMode, ModalState, Motion, Rotation};
 use super::setup::Interpreter;
 use super::takers::Flow;
 use super::words::Block;
-use leadscrew_planner::Coordinate;
+use leadscrew_planner::{Coordinate, THREE_DECIMALS};
 
 impl<const AXES: usize> Interpreter<AXES> {
     /// Reads a line, checks all of it, and carries it out: replaces `commands` by its commands.
@@ -109,6 +109,9 @@ impl<const AXES: usize> Interpreter<AXES> {
         self.modal = *modal;
         self.modal.feed = plan.feed;
         self.change_offsets(plan, system_changes, commands);
+        if block.axis_mask != 0 {
+            self.decimals.note(&block.axes, self.modal.units);
+        }
         self.go(plan, block.axis_mask != 0, commands);
         self.end_line(block.flow, commands);
         if !matches!(self.modal.motion, Motion::Cycle(_)) {
@@ -198,6 +201,7 @@ impl<const AXES: usize> Interpreter<AXES> {
             feed,
             spindle: spindle(&self.modal),
             line_number: plan.line_number,
+            rounding: self.decimals.rounding(self.modal.units),
         };
         match plan.path {
             Path::None => return,
@@ -241,6 +245,7 @@ impl<const AXES: usize> Interpreter<AXES> {
             feed: Feed::Rapid,
             spindle,
             line_number: plan.line_number,
+            rounding: THREE_DECIMALS,
         };
         push(commands, Command::Line(travel));
     }

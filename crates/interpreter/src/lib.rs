@@ -52,6 +52,7 @@ mod codes;
 mod command;
 mod context;
 mod cycle;
+mod decimals;
 mod extruder;
 mod fault;
 mod interpreter;

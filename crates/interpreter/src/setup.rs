@@ -2,6 +2,7 @@
 
 use super::command::OffsetId;
 use super::cycle::series::Series;
+use super::decimals::Decimals;
 use super::modal_state::{Coolant, ModalState, Rotation};
 use super::offsets::Offsets;
 use leadscrew_planner::Coordinate;
@@ -20,6 +21,8 @@ pub struct Interpreter<const AXES: usize> {
     pub(super) position: [Coordinate; AXES],
     /// The series of cycles under way: `None` in other motion modes.
     pub(super) series: Option<Series>,
+    /// The decimals of the program.
+    pub(super) decimals: Decimals,
 }
 
 impl<const AXES: usize> Interpreter<AXES> {
@@ -31,6 +34,7 @@ impl<const AXES: usize> Interpreter<AXES> {
             work_offset: [Coordinate::ZERO; AXES],
             position: [Coordinate::ZERO; AXES],
             series: None,
+            decimals: Decimals::UNKNOWN,
         }
     }
 
@@ -89,6 +93,7 @@ impl<const AXES: usize> Interpreter<AXES> {
         self.modal = ModalState::default();
         self.offsets.reset();
         self.series = None;
+        self.decimals = Decimals::UNKNOWN;
         self.work_offset = self.offsets.work_offset(self.modal.system);
     }
 }

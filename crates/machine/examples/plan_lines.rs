@@ -16,6 +16,7 @@ use leadscrew_machine::protocol::line_reader::{LineReader, GRBL_LINE_LENGTH};
 use leadscrew_planner::StepsPerMm;
 use leadscrew_planner::{
     self as planner, Cartesian, Config, CornerRule, Move, MoveKind, MovePower, Planner,
+    THREE_DECIMALS,
 };
 use leadscrew_stepper::{OutputChange, Ticks};
 use std::hint::black_box;
@@ -118,6 +119,7 @@ fn push(queue: &mut Queue, target: [planner::Coordinate; AXES], feed: Feed) {
         feed,
         power: MovePower::Off,
         curve: None,
+        rounding: THREE_DECIMALS,
         outputs: OutputChange::NONE,
         line_number: None,
         kind,

@@ -18,7 +18,7 @@ use crate::settings::table::Setting;
 use crate::state::State;
 use core::cmp::Ordering;
 use core::fmt;
-use leadscrew_planner::{Coordinate, Feed, Kinematics, Move, MoveKind, MovePower};
+use leadscrew_planner::{Coordinate, Feed, Kinematics, Move, MoveKind, MovePower, THREE_DECIMALS};
 use leadscrew_stepper::{MotorMask, OutputChange};
 
 /// The axes that back off: X and Y.
@@ -133,6 +133,7 @@ where
             feed: Feed::PerMinute(rate / 60.0 * libm::sqrtf(axes.count_ones() as f32)),
             power: MovePower::Off,
             curve: None,
+            rounding: THREE_DECIMALS,
             outputs: OutputChange::NONE,
             line_number: None,
             kind: MoveKind::System,

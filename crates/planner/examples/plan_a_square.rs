@@ -4,7 +4,7 @@
 
 use leadscrew_planner::{
     Arc, Cartesian, Config, Coordinate, Feed, Move, MoveKind, MovePower, PixelQueue, Planner,
-    Queue, Segmenter,
+    Queue, Segmenter, THREE_DECIMALS,
 };
 use leadscrew_stepper::{OutputChange, Segment};
 
@@ -68,6 +68,7 @@ fn feed(target: [Coordinate; 3]) -> Move<3> {
         feed: Feed::PerMinute(50.0),
         power: MovePower::Off,
         curve: None,
+        rounding: THREE_DECIMALS,
         outputs: OutputChange::NONE,
         line_number: None,
         kind: MoveKind::Feed,

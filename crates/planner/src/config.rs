@@ -103,8 +103,8 @@ impl Default for Overrides {
     }
 }
 
-/// How far rounding to three decimals may move a point on each axis, mm.
-pub(crate) const DECIMALS: f32 = 0.0005;
+/// [`Move::rounding`](crate::Move::rounding) of numbers with three decimals, mm.
+pub const THREE_DECIMALS: f32 = 0.0005;
 
 /// The used share of each limit. The rest, 32 roundings of an `f32`, is more than all roundings
 /// between a setting and a ramp together (20 at most): planned motion is within the setting in
@@ -148,7 +148,7 @@ impl<const AXES: usize> Limits<AXES> {
             short2: short2(config),
             rounding: config
                 .steps_per_mm
-                .map(|scale| 0.5 / scale.to_f32() + DECIMALS),
+                .map(|scale| 0.5 / scale.to_f32() + THREE_DECIMALS),
             per_rate: config.max_rate.map(|rate| 1.0 / (rate * MARGIN)),
             step_rate: config.timer_hz as f32 / config.shortest_tick.0.max(1) as f32,
             deviation: config.junction_deviation,

@@ -43,7 +43,7 @@ mod valid;
 pub use ahead::lookahead::USUAL_BLOCKS;
 pub use ahead::queue::{PixelQueue, Queue, Room, SmallQueue};
 pub use ahead::time_left::TimeLeft;
-pub use config::{Config, CornerRule, Overrides, DEFAULT_TIMER_HZ};
+pub use config::{Config, CornerRule, Overrides, DEFAULT_TIMER_HZ, THREE_DECIMALS};
 pub use emit::segmenter::{PowerLead, Segmenter, LONGEST_LEAD};
 pub use explain::{Ahead, Outline};
 pub use moves::{Feed, Move, MoveKind, MovePower};

@@ -15,6 +15,9 @@ pub struct Move<const AXES: usize> {
     pub power: MovePower,
     /// The arc that the move is a chord of.
     pub curve: Option<Curve>,
+    /// How far the target may be from the curve that was meant, on each axis, because the program's
+    /// numbers are rounded, mm. A chord of an arc does not need it.
+    pub rounding: f32,
     /// The outputs that change with the move's start: no later than its first step.
     pub outputs: OutputChange,
     /// The `N` word of the line that asked for the move.

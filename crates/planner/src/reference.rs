@@ -2,7 +2,7 @@
 
 use crate::{
     Cartesian, Config, Coordinate, Feed, Move, MoveKind, MovePower, Overrides, PixelQueue, Planner,
-    Queue, Segmenter, Trapezoid,
+    Queue, Segmenter, Trapezoid, THREE_DECIMALS,
 };
 use leadscrew_stepper::{OutputChange, Progress, Segment, Stepper, Tick};
 use std::boxed::Box;
@@ -207,6 +207,7 @@ pub(crate) fn to(x: f64, y: f64, feed: f32) -> Move<2> {
         feed: Feed::PerMinute(feed),
         power: MovePower::Off,
         curve: None,
+        rounding: THREE_DECIMALS,
         outputs: OutputChange::NONE,
         line_number: None,
         kind: MoveKind::Feed,

@@ -4,8 +4,7 @@ use crate::count;
 use core::hint::black_box;
 use leadscrew_planner::{
     Cartesian, Config, Coordinate, CornerRule, Feed, Move, MoveKind, MovePower, Planner, PushError,
-    Pushed, Segmenter,
-};
+    Pushed, Segmenter, THREE_DECIMALS};
 use leadscrew_stepper::{OutputChange, Segment};
 
 /// Rates in mm/min and accelerations in mm/s² at which a spiral is planned.
@@ -42,6 +41,7 @@ pub fn feed(x: f32, y: f32, z: f32, speed: f32) -> Move<3> {
         feed: Feed::PerMinute(speed),
         power: MovePower::Off,
         curve: None,
+        rounding: THREE_DECIMALS,
         outputs: OutputChange::NONE,
         line_number: None,
         kind: MoveKind::Feed,

@@ -18,7 +18,7 @@ use crate::extension::Extension;
 use crate::machine::Machine;
 use crate::settings::table::Setting;
 use crate::state::{Door, State};
-use leadscrew_planner::{Feed, Kinematics, Move, MoveKind, MovePower};
+use leadscrew_planner::{Feed, Kinematics, Move, MoveKind, MovePower, THREE_DECIMALS};
 use leadscrew_stepper::OutputChange;
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
@@ -197,6 +197,7 @@ where
             // This keeps a laser dark. A spindle does not take its power from moves.
             power: MovePower::Off,
             curve: None,
+            rounding: THREE_DECIMALS,
             outputs: OutputChange::NONE,
             line_number: None,
             kind: MoveKind::System,

@@ -46,7 +46,7 @@ use crate::protocol::alarm::Alarm;
 use crate::settings::table::Setting;
 use crate::state::State;
 use leadscrew_gcode::Number;
-use leadscrew_planner::{Coordinate, Feed, Kinematics, Move, MoveKind, MovePower};
+use leadscrew_planner::{Coordinate, Feed, Kinematics, Move, MoveKind, MovePower, THREE_DECIMALS};
 use leadscrew_stepper::{MotorMask, OutputChange};
 
 /// The length of a search, in travels of the axis.
@@ -195,6 +195,7 @@ where
             feed: Feed::PerMinute(rate / 60.0 * libm::sqrtf(axes)),
             power: MovePower::Off,
             curve: None,
+            rounding: THREE_DECIMALS,
             outputs: OutputChange::NONE,
             line_number: None,
             kind: MoveKind::System,

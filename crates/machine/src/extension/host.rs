@@ -11,7 +11,7 @@ use crate::protocol::status::Status;
 use crate::state::State;
 use core::fmt;
 use leadscrew_gcode::Number;
-use leadscrew_planner::{Coordinate, Feed, Kinematics, Move, MoveKind, MovePower};
+use leadscrew_planner::{Coordinate, Feed, Kinematics, Move, MoveKind, MovePower, THREE_DECIMALS};
 use leadscrew_stepper::OutputChange;
 
 /// The serial lines, as an extension speaks on them.
@@ -253,6 +253,7 @@ where
                 },
             },
             curve: None,
+            rounding: THREE_DECIMALS,
             outputs: OutputChange::NONE,
             line_number: None,
             kind: MoveKind::System,

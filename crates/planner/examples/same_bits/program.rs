@@ -7,7 +7,7 @@ use fixed::types::U1F31;
 use heapless::Deque;
 use leadscrew_planner::{
     Cartesian, Config, Coordinate, CornerRule, Feed, Move, MoveKind, MovePower, Overrides,
-    PixelQueue, Planner, PowerLead, Pushed, Queue, Segmenter, StepsPerMm,
+    PixelQueue, Planner, PowerLead, Pushed, Queue, Segmenter, StepsPerMm, THREE_DECIMALS,
 };
 use leadscrew_stepper::{LineStart, OutputChange, Power, Segment, Ticks};
 
@@ -137,6 +137,7 @@ fn next_move(random: &mut Random, at: &mut [i64; 3], row: bool) -> Move<3> {
             _ => MovePower::Dynamic { power },
         },
         curve: None,
+        rounding: THREE_DECIMALS,
         outputs: OutputChange::NONE,
         line_number: None,
         kind: MoveKind::Feed,

@@ -5,7 +5,7 @@
 //! date.
 
 use super::Planner;
-use crate::config::{SpeedUnit, DECIMALS, PIXELS_A_SECOND, SLOWEST};
+use crate::config::{SpeedUnit, PIXELS_A_SECOND, SLOWEST};
 use crate::moves::PlannedMove;
 use crate::path::junction::junction_v2;
 use crate::path::row::{is_gap, is_short, Row};
@@ -360,7 +360,7 @@ fn piece<const AXES: usize, const MOTORS: usize>(
     Piece {
         direction,
         per_top_v2: 1.0 / planned.top_v2(),
-        rounding: of.curve.map_or(DECIMALS, Curve::rounding),
+        rounding: of.curve.map_or(of.rounding, Curve::rounding),
     }
 }
 
