@@ -67,11 +67,11 @@ where
 
     /// Whether a line would be carried out at once.
     pub(crate) fn can_take_line(&self) -> bool {
-        let rests = self.state != State::Run && self.motion.is_idle();
-        self.state.takes_lines()
-            && !self.activity.line.is_busy()
+        let rests = || self.state != State::Run && self.motion.is_idle();
+        !self.activity.line.is_busy()
+            && self.state.takes_lines()
             && !self.motion.is_stopping()
-            && (rests || !self.program.line_waits)
+            && (!self.program.line_waits || rests())
     }
 
     /// Whether a `$` line changes a setting behind moves that have not begun: then it is carried

@@ -378,7 +378,7 @@ where
             || self
                 .activity
                 .line
-                .can_advance(resting, self.motion.wants_more())
+                .can_advance(resting, || self.motion.wants_more())
                 && self.state.takes_lines()
             || self
                 .activity

@@ -130,9 +130,12 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         cpu: &mut Cpu,
         horizon: Cycle,
     ) {
-        let quiet = self.interrupt.quiet_calls(self.shared);
         let due = board.step_due();
-        if quiet == 0 || !cpu.is_free(due) || board.is_late() {
+        if !cpu.is_free(due) || board.is_late() {
+            return;
+        }
+        let quiet = self.interrupt.quiet_calls(self.shared);
+        if quiet == 0 {
             return;
         }
         let [shortest, longest] = self.interrupt.waits(quiet).map(cycles_of);

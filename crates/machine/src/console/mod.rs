@@ -329,12 +329,11 @@ impl<'a> Console<'a> {
     /// Whether there is something to do at once. `takes_lines`: whether a line would be taken.
     pub(crate) fn is_busy(&self, takes_lines: bool) -> bool {
         self.channels.iter().any(|channel| {
-            let has_line = channel.complete || channel.inbox.has_bytes();
-            let has_ended = takes_lines && channel.has_ended();
-            channel.has_room() && channel.report_due
-                || has_ended
-                || channel.output_is_empty()
-                    && (channel.listing.is_some() || takes_lines && has_line)
+            let has_line = || channel.complete || channel.inbox.has_bytes();
+            channel.report_due && channel.has_room()
+                || takes_lines && channel.has_ended()
+                || (channel.listing.is_some() || takes_lines && has_line())
+                    && channel.output_is_empty()
                 || channel.inbox.has_requests()
                 || channel.inbox.was_opened()
         })

@@ -377,7 +377,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
 
     /// Whether the step timer rests although segments wait.
     fn is_to_start(&self) -> bool {
-        !self.segments.is_empty() && !self.shared.is_running()
+        !self.shared.is_running() && !self.segments.is_empty()
     }
 
     /// Starts the step timer out of rest.
@@ -389,7 +389,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
 
     /// Whether nothing is committed and the step timer rests.
     pub(crate) fn is_at_rest(&self) -> bool {
-        self.segments.is_empty() && !self.shared.is_running()
+        !self.shared.is_running() && self.segments.is_empty()
     }
 
     /// Looks at the queue: drops the durations of the segments that are over, and notes how much of

@@ -227,7 +227,7 @@ where
     pub(crate) fn wants_more(&self) -> bool {
         let planner = &self.program.planner;
         let ample = planner.len() >= DEPTH && self.reserve.is_exceeded(planner.waiting_micros());
-        planner.has_room() && !ample
+        !ample && planner.has_room()
     }
 
     /// Moves of the program that may still be planned: the first number of `Bf:`.
@@ -261,7 +261,7 @@ where
     }
 
     pub(super) fn is_program_idle(&self) -> bool {
-        self.program.planner.is_empty() && self.program.segmenter.is_idle()
+        self.program.segmenter.is_idle() && self.program.planner.is_empty()
     }
 
     /// When motion begins by itself, if it waits for lines.

@@ -180,12 +180,12 @@ impl<const AXES: usize> Executor<AXES> {
     /// Whether the line under way would go on at once. `resting`: motion rests; `room`: the planner
     /// has room. A line that waits for the store wants the next poll at once, since the store is
     /// written between two polls.
-    pub(crate) fn can_advance(&self, resting: bool, room: bool) -> bool {
+    pub(crate) fn can_advance(&self, resting: bool, room: impl FnOnce() -> bool) -> bool {
         self.is_busy()
             && match self.wait {
-                Wait::Nothing if self.cycle.is_some() && self.moves_next() => resting || room,
+                Wait::Nothing if self.cycle.is_some() && self.moves_next() => resting || room(),
                 Wait::Nothing | Wait::Own(OwnWait::Rest | OwnWait::Stop) => resting,
-                Wait::Arc(_) => room,
+                Wait::Arc(_) => room(),
                 Wait::Stored { .. } => true,
                 Wait::Dwell(_)
                 | Wait::Probe(_)
