@@ -1,5 +1,5 @@
 //! The contents of a board's file.
-use crate::{chip::capture_channel, Chip, Drive, Motor, MotorSocket, Pin, BOARDS};
+use crate::{chip::capture_channel, Chip, Drive, Input, Motor, MotorSocket, Pin, BOARDS};
 use serde::Deserialize;
 use std::{collections::BTreeMap, fs, path::Path};
 
@@ -213,28 +213,6 @@ pub struct ToolSwitches {
     pub lower: Input,
     /// The switch that is closed while the tool is above the work.
     pub upper: Input,
-}
-
-/// An input with a switch.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Input {
-    /// The pin.
-    pub pin: Pin,
-    /// The supply to which a closed switch connects the pin.
-    #[serde(default)]
-    pub closes: Closes,
-}
-
-/// The supply to which a closed switch connects its pin.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Closes {
-    /// Ground: the pin is pulled up.
-    #[default]
-    ToGround,
-    /// 3.3 V: the pin is pulled down.
-    ToSupply,
 }
 
 impl Board {

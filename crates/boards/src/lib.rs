@@ -12,8 +12,8 @@ mod record;
 mod source;
 
 pub use board::{
-    Board, Closes, HeaterSocket, Input, Inputs, Kinematics, Level, Output, Outputs, Power, Serial,
-    Sockets, ToolSwitches, Wire,
+    Board, HeaterSocket, Inputs, Kinematics, Level, Output, Outputs, Power, Serial, Sockets,
+    ToolSwitches, Wire,
 };
 pub use check::Finding;
 pub use chip::Chip;
@@ -21,7 +21,7 @@ pub use fit::{Needs, Socket, Unfit};
 pub use flash::Sector;
 pub use leadscrew_record::MOTORS as RECORDED_MOTORS;
 pub use motor::{Axis, Drive, Motor, MotorSocket};
-pub use pin::{Pin, UnknownPin};
+pub use pin::{Closes, Input, Pin, UnknownPin};
 pub use record::{Machine, NoRecord};
 
 /// The boards that come with the firmware: the name that `cargo fw --board` takes, and the file's

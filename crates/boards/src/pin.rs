@@ -1,4 +1,4 @@
-//! Pins and their names, such as `PA9`.
+//! Pins and their names, such as `PA9`, and the inputs on them.
 use serde::{de, Deserialize, Deserializer};
 use std::{fmt, str::FromStr};
 
@@ -72,4 +72,26 @@ mod tests {
             assert!(wrong.parse::<Pin>().is_err(), "{wrong}");
         }
     }
+}
+
+/// An input with a switch.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Input {
+    /// The pin.
+    pub pin: Pin,
+    /// The supply to which a closed switch connects the pin.
+    #[serde(default)]
+    pub closes: Closes,
+}
+
+/// The supply to which a closed switch connects its pin.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Closes {
+    /// Ground: the pin is pulled up.
+    #[default]
+    ToGround,
+    /// 3.3 V: the pin is pulled down.
+    ToSupply,
 }
