@@ -15,6 +15,7 @@ use leadscrew_tests::{run_program, Run};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
+use std::f64::consts::TAU;
 use std::fmt::Write;
 
 /// CPU cycles in a second.
@@ -35,6 +36,8 @@ struct Outline {
     deviation: f64,
     /// mm/min.
     feed: f64,
+    /// Decimals of the program's numbers.
+    decimals: usize,
 }
 
 impl Outline {
@@ -47,14 +50,17 @@ impl Outline {
         }
         let mut program = format!("G90G1F{}\n", self.feed);
         for [x, y] in &self.points {
-            writeln!(program, "X{x:.4}Y{y:.4}").unwrap();
+            writeln!(program, "X{x:.*}Y{y:.*}", self.decimals, self.decimals).unwrap();
         }
         run_program(&settings, &program)
     }
 
     /// The places in whole steps, beginning with the origin.
     fn places(&self) -> Vec<[i64; 2]> {
-        let steps = |at: &f64| ((at * 1e4).round() / 1e4 * SCALE).round() as i64;
+        let steps = |at: &f64| {
+            let written: f64 = format!("{at:.*}", self.decimals).parse().unwrap();
+            (written * SCALE).round() as i64
+        };
         let places = self
             .points
             .iter()
@@ -194,6 +200,7 @@ fn outline() -> impl Strategy<Value = Outline> {
                 acceleration,
                 deviation,
                 feed,
+                decimals: 4,
             }
         },
     )
@@ -203,7 +210,10 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
 
     #[test]
-    fn corners_of_short_pieces_keep_the_acceleration_and_the_jumps_that_deviation_allows(of in outline()) {
+    fn corners_of_short_pieces_keep_the_acceleration_and_the_jumps_that_deviation_allows(
+        of in outline(), decimals in 2usize..5,
+    ) {
+        let of = Outline { decimals, ..of };
         let run = of.run(of.deviation);
         for axis in 0..2 {
             let bend = of.bend(&run.steps, axis);
@@ -247,6 +257,7 @@ fn corners_that_are_taken_twice_as_fast_are_seen_on_the_step_edges() {
         acceleration: 200.0,
         deviation: 0.02,
         feed: 6000.0,
+        decimals: 4,
     };
     let bend = |deviation| {
         let run = stairs.run(deviation);
@@ -254,4 +265,45 @@ fn corners_that_are_taken_twice_as_fast_are_seen_on_the_step_edges() {
     };
     assert!(bend(0.02) <= 1.0);
     assert!(bend(0.08) > 1.2, "{}", bend(0.08));
+}
+
+/// A circle in lines of 0.1 mm, whose acceleration bounds the speed.
+fn circle(radius: f64, decimals: usize) -> Outline {
+    let lines = (TAU * radius / 0.1).round();
+    let angles = (0..=2 * lines as i32).map(|line| f64::from(line) / lines * TAU);
+    Outline {
+        points: angles
+            .map(|angle| [radius * angle.cos(), radius * angle.sin()])
+            .collect(),
+        acceleration: 500.0,
+        deviation: 0.01,
+        feed: 6000.0,
+        decimals,
+    }
+}
+
+/// Numbers with two decimals move a point by 0.005 mm, which makes small turns. They are rounding,
+/// and no corners: the circle takes no longer, and within what rounding may do it keeps the
+/// acceleration.
+#[test]
+fn a_circle_with_two_decimals_is_as_fast_as_one_with_four() {
+    for radius in [2.0, 5.0, 20.0] {
+        let (rough, fine) = (circle(radius, 2), circle(radius, 4));
+        let [slow, fast] = [&rough, &fine].map(|of| of.run(0.01).outcome.motion_seconds);
+        assert!(slow <= 1.03 * fast, "R {radius}: {slow} s, {fast} s");
+        let steps = rough.run(0.01).steps;
+        for axis in 0..2 {
+            let edges = Edges::new(&steps, axis);
+            for h in [0.02, 0.05] {
+                let rounded = 4.0 + 4.0 * 0.005 * SCALE;
+                let allowed = rough.acceleration * SCALE * h * h + rounded;
+                let mut t = seconds(&steps[0]);
+                while t < seconds(&steps[steps.len() - 1]) {
+                    let bend = edges.before(t - h) - 2 * edges.before(t) + edges.before(t + h);
+                    assert!(bend.abs() as f64 <= allowed, "R {radius}: {bend} at {t} s");
+                    t += h / 8.0;
+                }
+            }
+        }
+    }
 }

@@ -123,8 +123,8 @@ pub(crate) struct Limits<const AXES: usize> {
     pub(crate) per_acceleration: [f32; AXES],
     /// 1/acceleration of the weakest axis, s²/mm.
     pub(crate) per_weakest: f32,
-    /// How far the rounding of steps and of decimals may have moved a point, mm.
-    pub(crate) rounding: [f32; AXES],
+    /// Half a step, mm: how far rounding to steps may have moved a point.
+    pub(crate) half_step: [f32; AXES],
     /// Highest step rate of a motor, steps/s.
     pub(crate) step_rate: f32,
     /// Junction deviation, mm.
@@ -146,9 +146,7 @@ impl<const AXES: usize> Limits<AXES> {
                 .fold(0.0, |weakest, k| max(weakest, *k)),
             per_acceleration,
             short2: short2(config),
-            rounding: config
-                .steps_per_mm
-                .map(|scale| 0.5 / scale.to_f32() + THREE_DECIMALS),
+            half_step: config.steps_per_mm.map(|scale| 0.5 / scale.to_f32()),
             per_rate: config.max_rate.map(|rate| 1.0 / (rate * MARGIN)),
             step_rate: config.timer_hz as f32 / config.shortest_tick.0.max(1) as f32,
             deviation: config.junction_deviation,

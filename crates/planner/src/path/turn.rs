@@ -286,12 +286,13 @@ impl<const AXES: usize> Window<AXES> {
         let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
         let all = before.length + after.length;
         let share = before.length * after.length / max(all, f32::MIN_POSITIVE);
+        let rounding = max(before.piece.rounding, after.piece.rounding);
         let (from, to) = (&before.piece.direction, &after.piece.direction);
         let turns = from.iter().zip(to).zip(bend);
-        let mut axes = turns.zip(limits.acceleration.iter().zip(&limits.rounding));
-        axes.all(|(((from, to), bend), (acceleration, rounding))| {
+        let mut axes = turns.zip(limits.acceleration.iter().zip(&limits.half_step));
+        axes.all(|(((from, to), bend), (acceleration, half_step))| {
             let curved = 0.5 * all * bend * acceleration;
-            (to - from - curved).abs() * share <= 2.0 * rounding
+            (to - from - curved).abs() * share <= 2.0 * (half_step + rounding)
         })
     }
 }

@@ -245,13 +245,15 @@ struct Path {
 }
 
 impl<const MOTORS: usize> Running<MOTORS> {
-    /// Makes the profile from here on.
+    /// Makes the profile from here on. The profile in force stays where only it reaches the end
+    /// within the limits.
     pub(crate) fn plan(&mut self, aim: Aim, timing: Timing) {
         let entry_v2 = self.profile.speed_v2(self.progress.here());
         let path = match aim.goal {
             Goal::End => self.to_end(aim),
             Goal::Stop => self.stop(entry_v2, aim),
         };
+        let Some(path) = path else { return };
         let plan = Plan {
             start: self.progress.here(),
             end: path.end,
@@ -279,7 +281,11 @@ impl<const MOTORS: usize> Running<MOTORS> {
     ///
     /// An override may ask for a lower exit speed than can still be reached. Then the corner's own
     /// limit bounds the exit speed: the plan before the override kept that limit.
-    fn to_end(&self, aim: Aim) -> Path {
+    ///
+    /// A move may become the first one of a curve while it runs. Then the curve's acceleration
+    /// across the path leaves less for braking than the profile in force counts on. `None` where
+    /// the exit speed can no longer be reached so, and the profile in force ends no faster.
+    fn to_end(&self, aim: Aim) -> Option<Path> {
         let per_mm = self.steps_per_mm;
         let [exit_v2, corner_v2] = [aim.exit_v2, aim.corner_v2].map(|v2| v2 * per_mm * per_mm);
         let entry_v2 = self.profile.speed_v2(self.progress.here());
@@ -288,15 +294,19 @@ impl<const MOTORS: usize> Running<MOTORS> {
         let down = aim.down * per_mm;
         let slowest = entry_v2 - 2.0 * down * left;
         let missed = aim.jerk <= 0.0 && slowest - exit_v2 > ROUNDING * entry_v2;
+        let is_planned = !self.progress.at_start() && self.profile.end() == end;
+        if missed && is_planned && self.profile.exit_v2() <= exit_v2 {
+            return None;
+        }
         let exit_v2 = if missed { slowest } else { exit_v2 };
-        Path {
+        Some(Path {
             end,
             cruise: aim.nominal * per_mm,
             exit_v2: min(exit_v2, corner_v2),
             up: aim.up * per_mm,
             down,
             share: 1.0,
-        }
+        })
     }
 
     /// The shortest stop that ends on a whole step. It begins at once. Its length is rounded up to
@@ -304,7 +314,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
     ///
     /// A stop within a single step is made as fast as possible: at a speed near 0 the step would
     /// never end.
-    fn stop(&self, entry_v2: f32, aim: Aim) -> Path {
+    fn stop(&self, entry_v2: f32, aim: Aim) -> Option<Path> {
         let (distance, left) = (
             self.stop_distance(entry_v2, aim),
             self.events - self.progress.done,
@@ -312,14 +322,14 @@ impl<const MOTORS: usize> Running<MOTORS> {
         let down = aim.stop * self.steps_per_mm;
         let steps = round_up(distance + self.progress.way).max(1);
         if steps > left && aim.exit_v2 > 0.0 {
-            let path = self.to_end(aim);
+            let path = self.to_end(aim)?;
             let slowest = entry_v2 - 2.0 * down * self.progress.here().before(path.end);
-            return Path {
+            return Some(Path {
                 cruise: sqrt(entry_v2),
                 exit_v2: min(path.exit_v2, max(slowest, 0.0)),
                 down: max(path.down, down),
                 ..path
-            };
+            });
         }
         let stop = Path {
             end: self.progress.done + steps.min(left),
@@ -330,7 +340,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
             share: 1.0,
         };
         let (_, changing) = self.profile.motion(self.progress.here());
-        if steps == 1 {
+        Some(if steps == 1 {
             let cruise = aim.nominal * self.steps_per_mm;
             Path { cruise, ..stop }
         } else if steps > left || changing != 0.0 {
@@ -341,7 +351,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
                 share: min(share, 1.0),
                 ..stop
             }
-        }
+        })
     }
 
     /// The length of the shortest stop, steps; in general not a whole number.
