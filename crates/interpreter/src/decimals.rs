@@ -54,8 +54,8 @@ impl Decimals {
 fn has_two_decimals(nanos: u64) -> bool {
     const FIVES: u64 = 78_125;
     const PER_FIVES: u64 = 0xE503_2477_AE8D_46A5;
-    const TWOS: u32 = 7;
-    nanos.trailing_zeros() >= TWOS && (nanos >> TWOS).wrapping_mul(PER_FIVES) <= u64::MAX / FIVES
+    const TWOS: u64 = 128;
+    nanos.is_multiple_of(TWOS) && (nanos / TWOS).wrapping_mul(PER_FIVES) <= u64::MAX / FIVES
 }
 
 #[cfg(test)]

@@ -68,7 +68,7 @@ where
         }
     }
 
-    /// Adds the times of up to 8 further moves. Returns whether more moves are left.
+    /// Adds the times of up to 4 further moves. Returns whether more moves are left.
     ///
     /// Called from the main loop. Takes some 1300 instructions for a move on a curve; with a jerk
     /// limit 2500, an estimate.

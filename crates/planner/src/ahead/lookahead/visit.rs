@@ -4,7 +4,7 @@ use super::{Braking, LookAhead, MOST_BITS};
 use crate::moves::PlannedMove;
 
 /// The most moves that one call visits: `Machine::poll` makes the call, and must not take long.
-const VISITED: usize = 8;
+const VISITED: usize = 4;
 
 impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
     /// The slow move ahead: the limit at its start bounds the speed at the start of the next move
