@@ -16,8 +16,8 @@
 
 use crate::emit::fit::Carry;
 use crate::emit::running::{Aim, Goal, Running, Timing};
-use crate::planner::Outlook;
 use crate::real::{min, sqrt};
+use crate::space::axis_limits::Course;
 use crate::{Kinematics, Place, Planner, Profile};
 use core::num::NonZeroU16;
 use fixed::types::U1F31;
@@ -93,7 +93,9 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         let timing = Timing::new(planner.config());
         let outlook = planner.outlook(|| running.whereabouts());
         if running.outlook != Some(outlook) && running.may_change() {
-            running.plan(aim(self.mode.goal(), planner, running, outlook)?, timing);
+            let (goal, at) = (self.mode.goal(), running.whereabouts());
+            let aim = |outlook| Some(aim(goal, planner, &planner.course(at, outlook)?));
+            running.plan(aim(Some(outlook))?, || aim(None), timing);
             running.outlook = Some(outlook);
         }
         let segment = running.segment(timing, &mut self.carry, self.mode.goal());
@@ -221,14 +223,12 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
 fn aim<K, const AXES: usize, const MOTORS: usize>(
     goal: Goal,
     planner: &Planner<'_, K, AXES, MOTORS>,
-    running: &Running<MOTORS>,
-    outlook: Outlook,
-) -> Option<Aim>
+    course: &Course,
+) -> Aim
 where
     K: Kinematics<AXES, MOTORS>,
 {
-    let course = planner.course(running.whereabouts(), outlook)?;
-    Some(Aim {
+    Aim {
         goal,
         steps_after: course.steps_after,
         exit_v2: course.exit_v2,
@@ -242,7 +242,7 @@ where
         down: course.down,
         stop: course.stop,
         jerk: planner.config().jerk,
-    })
+    }
 }
 
 /// The longest lead, µs.

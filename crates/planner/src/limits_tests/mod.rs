@@ -9,6 +9,7 @@
 
 mod leg;
 mod program;
+mod short_lines;
 
 use crate::reference::{to, Rig, RigQueue};
 use crate::{
@@ -418,32 +419,5 @@ fn an_override_on_the_way_down_to_a_corner_leaves_the_corner_its_limit() {
         rule: CornerRule::Limits,
     };
     let worst = run(&program, program.config(), &program.config());
-    assert!(worst.is_ok(), "{worst:?}");
-}
-
-/// The last line waits until the one before it runs. It turns by 21 degrees, so the line that runs
-/// becomes the first one of a curve: the axes then leave less for braking than its plan counts on.
-#[test]
-fn a_line_that_becomes_a_part_of_a_curve_while_it_runs_still_ends_at_rest() {
-    let lines = [
-        (23.534, -14.346),
-        (0.295, 0.054),
-        (0.207, -0.218),
-        (0.271, -0.128),
-    ];
-    let cut = |(x, y)| (Part::Line { x, y }, 10.0, MoveKind::Feed);
-    let program = Program {
-        parts: lines.map(cut).to_vec(),
-        events: Vec::new(),
-        rates: [100.0; 2],
-        accelerations: [50.0; 2],
-        steps_per_mm: [800; 2],
-        rule: CornerRule::Limits,
-    };
-    let config = Config {
-        junction_deviation: 0.1,
-        ..program.config()
-    };
-    let worst = run(&program, config, &config);
     assert!(worst.is_ok(), "{worst:?}");
 }

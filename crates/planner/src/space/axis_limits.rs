@@ -195,12 +195,18 @@ where
 ///
 /// A turn whose curvature `k` was measured over `h` to both sides is a turn by the angle `k·h`. It
 /// takes half of `h` on each side.
+///
+/// A move that is straight behind the turn at its start stays so when the next move becomes known:
+/// it was to brake there.
 fn turning_ends<const AXES: usize, const MOTORS: usize>(
     planned: &PlannedMove<AXES, MOTORS>,
     after: Option<&PlannedMove<AXES, MOTORS>>,
 ) -> Option<[f32; 2]> {
     let [start, end] = [planned.reach, after.map_or(0.0, |after| after.reach)];
-    (2.0 * (start + end) < planned.length).then_some([0.5 * start, 0.5 * end])
+    let turns_apart = 2.0 * (start + end) < planned.length;
+    let was_straight = start > 0.0 && 2.0 * start < planned.length;
+    let [start, end] = [0.5 * start, 0.5 * end];
+    (turns_apart || was_straight).then_some([start, min(end, planned.length - start)])
 }
 
 /// The share of the acceleration along a move that a ramp keeps where nothing is left, so that

@@ -245,15 +245,44 @@ struct Path {
 }
 
 impl<const MOTORS: usize> Running<MOTORS> {
-    /// Makes the profile from here on. The profile in force stays where only it reaches the end
-    /// within the limits.
-    pub(crate) fn plan(&mut self, aim: Aim, timing: Timing) {
+    /// Makes the profile from here on.
+    ///
+    /// A move may become the first one of a curve while it runs. Then the curve's acceleration
+    /// across the path may leave too little for braking to the speed at its end. Motion that was
+    /// to rest at the move's end can still do so: that is `alone`, the aim without the next move.
+    /// If that cannot be reached either, the profile in force stays where it ends no faster.
+    pub(crate) fn plan(&mut self, aim: Aim, alone: impl FnOnce() -> Option<Aim>, timing: Timing) {
+        if self.progress.at_start() || self.reaches(&aim) {
+            return self.follow(aim, timing);
+        }
+        match alone().filter(|alone| self.reaches(alone)) {
+            Some(alone) => self.follow(alone, timing),
+            None if self.ends_within(&aim) => {}
+            None => self.follow(aim, timing),
+        }
+    }
+
+    /// Whether braking from here on ends at the speed that is wanted.
+    fn reaches(&self, aim: &Aim) -> bool {
+        let per_mm = self.steps_per_mm;
+        let entry_v2 = self.profile.speed_v2(self.progress.here());
+        let left = self.progress.here().before(self.events - aim.steps_after);
+        let slowest = entry_v2 - 2.0 * aim.down * per_mm * left;
+        let missed = slowest - aim.exit_v2 * per_mm * per_mm;
+        aim.jerk > 0.0 || missed <= ROUNDING * entry_v2
+    }
+
+    /// Whether the profile in force ends where `aim` ends, and no faster.
+    fn ends_within(&self, aim: &Aim) -> bool {
+        self.profile.end() == self.events - aim.steps_after && self.exit_v2() <= aim.exit_v2
+    }
+
+    fn follow(&mut self, aim: Aim, timing: Timing) {
         let entry_v2 = self.profile.speed_v2(self.progress.here());
         let path = match aim.goal {
             Goal::End => self.to_end(aim),
             Goal::Stop => self.stop(entry_v2, aim),
         };
-        let Some(path) = path else { return };
         let plan = Plan {
             start: self.progress.here(),
             end: path.end,
@@ -281,11 +310,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
     ///
     /// An override may ask for a lower exit speed than can still be reached. Then the corner's own
     /// limit bounds the exit speed: the plan before the override kept that limit.
-    ///
-    /// A move may become the first one of a curve while it runs. Then the curve's acceleration
-    /// across the path leaves less for braking than the profile in force counts on. `None` where
-    /// the exit speed can no longer be reached so, and the profile in force ends no faster.
-    fn to_end(&self, aim: Aim) -> Option<Path> {
+    fn to_end(&self, aim: Aim) -> Path {
         let per_mm = self.steps_per_mm;
         let [exit_v2, corner_v2] = [aim.exit_v2, aim.corner_v2].map(|v2| v2 * per_mm * per_mm);
         let entry_v2 = self.profile.speed_v2(self.progress.here());
@@ -294,19 +319,15 @@ impl<const MOTORS: usize> Running<MOTORS> {
         let down = aim.down * per_mm;
         let slowest = entry_v2 - 2.0 * down * left;
         let missed = aim.jerk <= 0.0 && slowest - exit_v2 > ROUNDING * entry_v2;
-        let is_planned = !self.progress.at_start() && self.profile.end() == end;
-        if missed && is_planned && self.profile.exit_v2() <= exit_v2 {
-            return None;
-        }
         let exit_v2 = if missed { slowest } else { exit_v2 };
-        Some(Path {
+        Path {
             end,
             cruise: aim.nominal * per_mm,
             exit_v2: min(exit_v2, corner_v2),
             up: aim.up * per_mm,
             down,
             share: 1.0,
-        })
+        }
     }
 
     /// The shortest stop that ends on a whole step. It begins at once. Its length is rounded up to
@@ -314,7 +335,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
     ///
     /// A stop within a single step is made as fast as possible: at a speed near 0 the step would
     /// never end.
-    fn stop(&self, entry_v2: f32, aim: Aim) -> Option<Path> {
+    fn stop(&self, entry_v2: f32, aim: Aim) -> Path {
         let (distance, left) = (
             self.stop_distance(entry_v2, aim),
             self.events - self.progress.done,
@@ -322,14 +343,14 @@ impl<const MOTORS: usize> Running<MOTORS> {
         let down = aim.stop * self.steps_per_mm;
         let steps = round_up(distance + self.progress.way).max(1);
         if steps > left && aim.exit_v2 > 0.0 {
-            let path = self.to_end(aim)?;
+            let path = self.to_end(aim);
             let slowest = entry_v2 - 2.0 * down * self.progress.here().before(path.end);
-            return Some(Path {
+            return Path {
                 cruise: sqrt(entry_v2),
                 exit_v2: min(path.exit_v2, max(slowest, 0.0)),
                 down: max(path.down, down),
                 ..path
-            });
+            };
         }
         let stop = Path {
             end: self.progress.done + steps.min(left),
@@ -340,7 +361,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
             share: 1.0,
         };
         let (_, changing) = self.profile.motion(self.progress.here());
-        Some(if steps == 1 {
+        if steps == 1 {
             let cruise = aim.nominal * self.steps_per_mm;
             Path { cruise, ..stop }
         } else if steps > left || changing != 0.0 {
@@ -351,7 +372,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
                 share: min(share, 1.0),
                 ..stop
             }
-        })
+        }
     }
 
     /// The length of the shortest stop, steps; in general not a whole number.
