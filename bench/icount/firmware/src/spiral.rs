@@ -4,7 +4,8 @@ use crate::count;
 use core::hint::black_box;
 use leadscrew_planner::{
     Cartesian, Config, Coordinate, CornerRule, Feed, Move, MoveKind, MovePower, Planner, PushError,
-    Pushed, Segmenter, THREE_DECIMALS};
+    Pushed, Segmenter, THREE_DECIMALS,
+};
 use leadscrew_stepper::{OutputChange, Segment};
 
 /// Rates in mm/min and accelerations in mm/s² at which a spiral is planned.
