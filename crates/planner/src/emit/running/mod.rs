@@ -277,6 +277,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         self.profile.end() == self.events - aim.steps_after && self.exit_v2() <= aim.exit_v2
     }
 
+    /// Makes the profile that leads to `aim`.
     fn follow(&mut self, aim: Aim, timing: Timing) {
         let entry_v2 = self.profile.speed_v2(self.progress.here());
         let path = match aim.goal {
