@@ -232,7 +232,7 @@ fn play(case: &Case, mut meddle: impl FnMut(&mut Segment<3>)) -> (Schedule, Edge
     let (mut schedule, mut edges) = (Schedule::default(), Edges::default());
     let going = |share| case.aim(Goal::End, share);
     let timing = case.timing();
-    running.plan(going(1.0), || None, timing);
+    running.plan(going(1.0), timing);
     schedule.add(&running);
     while !running.at_end() {
         let mut segment = running.segment(timing, &mut carry, Goal::End);
@@ -257,7 +257,7 @@ fn play(case: &Case, mut meddle: impl FnMut(&mut Segment<3>)) -> (Schedule, Edge
             going(0.2 + random.next())
         };
         if !running.at_end() {
-            running.plan(aim, || None, timing);
+            running.plan(aim, timing);
             schedule.add(&running);
         }
     }

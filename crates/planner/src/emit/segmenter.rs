@@ -93,9 +93,8 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         let timing = Timing::new(planner.config());
         let outlook = planner.outlook(|| running.whereabouts());
         if running.outlook != Some(outlook) && running.may_change() {
-            let (goal, at) = (self.mode.goal(), running.whereabouts());
-            let aim = |outlook| Some(aim(goal, planner, &planner.course(at, outlook)?));
-            running.plan(aim(Some(outlook))?, || aim(None), timing);
+            let course = planner.course(running.whereabouts(), outlook)?;
+            running.plan(aim(self.mode.goal(), planner, &course), timing);
             running.outlook = Some(outlook);
         }
         let segment = running.segment(timing, &mut self.carry, self.mode.goal());

@@ -356,12 +356,10 @@ where
         queue.find(&axis_limits);
     }
 
-    /// The limits for the rest of the running move; `None` if no move runs. Without an outlook: as
-    /// if the move were the last one.
-    pub(crate) fn course(&self, at: Whereabouts, outlook: Option<Outlook>) -> Option<Course> {
-        let exit_v2 = outlook.map_or(0.0, |outlook| self.limits.unit.v2(outlook.exit));
-        let next = outlook.and_then(|_| self.queue.next());
-        let running = self.queue.running()?;
+    /// The limits for the rest of the running move; `None` if no move runs.
+    pub(crate) fn course(&self, at: Whereabouts, outlook: Outlook) -> Option<Course> {
+        let exit_v2 = self.limits.unit.v2(outlook.exit);
+        let (running, next) = (self.queue.running()?, self.queue.next());
         Some(self.axis_limits().course(running, next, at, exit_v2))
     }
 

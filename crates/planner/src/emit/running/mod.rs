@@ -248,18 +248,14 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// Makes the profile from here on.
     ///
     /// A move may become the first one of a curve while it runs. Then the curve's acceleration
-    /// across the path may leave too little for braking to the speed at its end. Motion that was
-    /// to rest at the move's end can still do so: that is `alone`, the aim without the next move.
-    /// If that cannot be reached either, the profile in force stays where it ends no faster.
-    pub(crate) fn plan(&mut self, aim: Aim, alone: impl FnOnce() -> Option<Aim>, timing: Timing) {
-        if self.progress.at_start() || self.reaches(&aim) {
-            return self.follow(aim, timing);
+    /// across the path may leave too little for braking to the speed at its end. The profile in
+    /// force stays where it ends no faster.
+    pub(crate) fn plan(&mut self, aim: Aim, timing: Timing) {
+        let is_begun = !self.progress.at_start();
+        if is_begun && self.ends_within(&aim) && !self.reaches(&aim) {
+            return;
         }
-        match alone().filter(|alone| self.reaches(alone)) {
-            Some(alone) => self.follow(alone, timing),
-            None if self.ends_within(&aim) => {}
-            None => self.follow(aim, timing),
-        }
+        self.follow(aim, timing);
     }
 
     /// Whether braking from here on ends at the speed that is wanted.
@@ -268,8 +264,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         let entry_v2 = self.profile.speed_v2(self.progress.here());
         let left = self.progress.here().before(self.events - aim.steps_after);
         let slowest = entry_v2 - 2.0 * aim.down * per_mm * left;
-        let missed = slowest - aim.exit_v2 * per_mm * per_mm;
-        aim.jerk > 0.0 || missed <= ROUNDING * entry_v2
+        slowest - aim.exit_v2 * per_mm * per_mm <= ROUNDING * entry_v2
     }
 
     /// Whether the profile in force ends where `aim` ends, and no faster.
