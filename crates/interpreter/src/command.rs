@@ -101,8 +101,6 @@ pub struct Travel<const AXES: usize> {
     pub spindle: Spindle,
     /// The N word of the line.
     pub line_number: Option<u32>,
-    /// How far the rounding of the program's numbers may have moved the end on each axis, mm.
-    pub rounding: f32,
 }
 
 /// How fast a motion is.

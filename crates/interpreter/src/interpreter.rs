@@ -14,7 +14,7 @@ use super::modal_state::{FeedMode, ModalState, Motion, Rotation};
 use super::setup::Interpreter;
 use super::takers::Flow;
 use super::words::Block;
-use leadscrew_planner::{Coordinate, THREE_DECIMALS};
+use leadscrew_planner::Coordinate;
 
 impl<const AXES: usize> Interpreter<AXES> {
     /// Reads a line, checks all of it, and carries it out: replaces `commands` by its commands.
@@ -201,7 +201,6 @@ impl<const AXES: usize> Interpreter<AXES> {
             feed,
             spindle: spindle(&self.modal),
             line_number: plan.line_number,
-            rounding: self.decimals.rounding(self.modal.units),
         };
         match plan.path {
             Path::None => return,
@@ -245,7 +244,6 @@ impl<const AXES: usize> Interpreter<AXES> {
             feed: Feed::Rapid,
             spindle,
             line_number: plan.line_number,
-            rounding: THREE_DECIMALS,
         };
         push(commands, Command::Line(travel));
     }

@@ -8,7 +8,6 @@ use super::interpreter::spindle;
 use super::modal_state::{FeedMode, ModalState, Motion};
 use super::setup::Interpreter;
 use super::words::Block;
-use leadscrew_planner::THREE_DECIMALS;
 
 impl<const AXES: usize> Interpreter<AXES> {
     /// Reads a jog: the line after `$J=`. `None` where it has no axis words and hence moves
@@ -45,7 +44,6 @@ impl<const AXES: usize> Interpreter<AXES> {
                 ..spindle(&self.modal)
             },
             line_number: plan.line_number,
-            rounding: THREE_DECIMALS,
         };
         Ok((block.axis_mask != 0).then_some(Jog { travel }))
     }

@@ -76,6 +76,12 @@ impl<const AXES: usize> Interpreter<AXES> {
         &self.position
     }
 
+    /// Returns how far the rounding of the program's numbers may have moved the end of the last
+    /// motion on each axis, mm.
+    pub fn rounding(&self) -> f32 {
+        self.decimals.rounding(self.modal.units)
+    }
+
     /// Sets where the next line begins: after a jog was accepted, and wherever motion ended early
     /// (reset, homing, probing, jog cancel).
     pub fn set_position(&mut self, position: [Coordinate; AXES]) {

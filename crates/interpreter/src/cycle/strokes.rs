@@ -216,7 +216,6 @@ impl<const AXES: usize> Strokes<AXES> {
             feed,
             spindle: self.spindle(),
             line_number: self.travel.line_number,
-            rounding: self.travel.rounding,
         })
     }
 }

@@ -85,7 +85,7 @@ where
             feed: feed(travel.feed, 1.0),
             power: self.move_power(&travel.spindle),
             curve: None,
-            rounding: travel.rounding,
+            rounding: self.program.interpreter.rounding(),
             outputs: self.outputs_of(LineKind::Program),
             line_number: self.line_of(travel, LineKind::Program),
             kind: MoveKind::System,

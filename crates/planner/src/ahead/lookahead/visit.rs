@@ -1,6 +1,6 @@
 //! Looks at planned moves without changing them: for reports and for the explanation of a job.
 
-use super::{Braking, LookAhead, MOST_BITS};
+use super::{Braking, LookAhead};
 use crate::moves::PlannedMove;
 
 /// The most moves that one call visits: `Machine::poll` makes the call, and must not take long.
@@ -96,25 +96,28 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
             let unplanned = index.checked_sub(self.planned);
             Some(unplanned.map_or(*of, |count| guess(count, of)))
         };
-        let slow = |index: usize, v2: u32| {
-            let of = at(index)?;
-            let gain = braking.gain(&of, at(index + 1).as_ref(), v2);
-            Some(v2.saturating_add(gain).min(of.cap))
-        };
         let known = end + usize::from(self.is_inside(end)) * (len - end);
         let mut v2 = if known == end { self.speed_at(end) } else { 0 };
-        for index in (end..known).rev() {
-            v2 = slow(index, v2)?;
+        // The moves to visit, with the speeds at their ends. Each move is asked for once: a guess is
+        // costly.
+        let mut near = [(None, 0); VISITED + 1];
+        let mut after = None;
+        for index in (begin..=known).rev() {
+            let of = at(index);
+            if let Some(place) = near.get_mut(index - begin) {
+                *place = (of, v2);
+            }
+            if let Some(of) = of.as_ref().filter(|_| index < known) {
+                let gain = braking.gain(of, after.as_ref(), v2);
+                v2 = v2.saturating_add(gain).min(of.cap);
+            }
+            after = of;
         }
-        let mut limits = [0; 1 << MOST_BITS];
-        for (index, limit) in (begin..end).rev().zip(&mut limits) {
-            *limit = v2;
-            v2 = slow(index, v2)?;
-        }
-        let forward = limits.iter().take(end.saturating_sub(begin)).rev();
         let stop = end.min(begin + VISITED);
-        for (index, limit) in (begin..stop).zip(forward) {
-            visit(&at(index)?, at(index + 1).as_ref(), *limit);
+        for pair in near.windows(2).take(stop.saturating_sub(begin)) {
+            if let [(Some(of), limit), (next, _)] = pair {
+                visit(of, next.as_ref(), *limit);
+            }
         }
         (stop > begin && stop < len).then(|| self.number(stop))
     }

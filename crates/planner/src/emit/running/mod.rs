@@ -251,29 +251,11 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// across the path may leave too little for braking to the speed at its end. The profile in
     /// force stays where it ends no faster.
     pub(crate) fn plan(&mut self, aim: Aim, timing: Timing) {
-        let is_begun = !self.progress.at_start();
-        if is_begun && self.ends_within(&aim) && !self.reaches(&aim) {
+        let ends_here = self.profile.end() == self.events - aim.steps_after;
+        let is_kept = ends_here && self.exit_v2() <= aim.exit_v2 && !self.progress.at_start();
+        if is_kept && self.missed(aim).is_some() {
             return;
         }
-        self.follow(aim, timing);
-    }
-
-    /// Whether braking from here on ends at the speed that is wanted.
-    fn reaches(&self, aim: &Aim) -> bool {
-        let per_mm = self.steps_per_mm;
-        let entry_v2 = self.profile.speed_v2(self.progress.here());
-        let left = self.progress.here().before(self.events - aim.steps_after);
-        let slowest = entry_v2 - 2.0 * aim.down * per_mm * left;
-        slowest - aim.exit_v2 * per_mm * per_mm <= ROUNDING * entry_v2
-    }
-
-    /// Whether the profile in force ends where `aim` ends, and no faster.
-    fn ends_within(&self, aim: &Aim) -> bool {
-        self.profile.end() == self.events - aim.steps_after && self.exit_v2() <= aim.exit_v2
-    }
-
-    /// Makes the profile that leads to `aim`.
-    fn follow(&mut self, aim: Aim, timing: Timing) {
         let entry_v2 = self.profile.speed_v2(self.progress.here());
         let path = match aim.goal {
             Goal::End => self.to_end(aim),
@@ -309,21 +291,25 @@ impl<const MOTORS: usize> Running<MOTORS> {
     fn to_end(&self, aim: Aim) -> Path {
         let per_mm = self.steps_per_mm;
         let [exit_v2, corner_v2] = [aim.exit_v2, aim.corner_v2].map(|v2| v2 * per_mm * per_mm);
-        let entry_v2 = self.profile.speed_v2(self.progress.here());
-        let end = self.events - aim.steps_after;
-        let left = self.progress.here().before(end);
-        let down = aim.down * per_mm;
-        let slowest = entry_v2 - 2.0 * down * left;
-        let missed = aim.jerk <= 0.0 && slowest - exit_v2 > ROUNDING * entry_v2;
-        let exit_v2 = if missed { slowest } else { exit_v2 };
         Path {
-            end,
+            end: self.events - aim.steps_after,
             cruise: aim.nominal * per_mm,
-            exit_v2: min(exit_v2, corner_v2),
+            exit_v2: min(self.missed(aim).unwrap_or(exit_v2), corner_v2),
             up: aim.up * per_mm,
-            down,
+            down: aim.down * per_mm,
             share: 1.0,
         }
+    }
+
+    /// The squared speed (steps²/s²) at which braking from here on ends, where that is faster than
+    /// the exit speed by more than rounding.
+    fn missed(&self, aim: Aim) -> Option<f32> {
+        let per_mm = self.steps_per_mm;
+        let entry_v2 = self.profile.speed_v2(self.progress.here());
+        let left = self.progress.here().before(self.events - aim.steps_after);
+        let slowest = entry_v2 - 2.0 * aim.down * per_mm * left;
+        let excess = slowest - aim.exit_v2 * per_mm * per_mm;
+        (aim.jerk <= 0.0 && excess > ROUNDING * entry_v2).then_some(slowest)
     }
 
     /// The shortest stop that ends on a whole step. It begins at once. Its length is rounded up to
