@@ -243,7 +243,7 @@ impl Board {
         Self::read(&text).map_err(|error| format!("{asked}: {}", error.trim_end()))
     }
 
-    /// The sockets of all motors: those of `[[motor]]`, then those of `[sockets]`.
+    /// The sockets of all motors: first `[[motor]]`, then `[sockets]`.
     pub fn motor_sockets(&self) -> impl Iterator<Item = MotorSocket> + '_ {
         let own = self.motor.iter().map(|motor| motor.socket);
         own.chain(self.sockets.motors.iter().copied())

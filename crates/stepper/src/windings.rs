@@ -29,7 +29,6 @@ pub const FIVE_PHASE_HALF_STEPS: WindingTable<10> = [
 /// assert_eq!(next_state::<10>(0, true), 9);
 /// ```
 #[must_use]
-#[inline]
 pub const fn next_state<const STATES: usize>(state: usize, negative: bool) -> usize {
     match negative {
         true => match state.checked_sub(1) {

@@ -156,7 +156,7 @@ impl Tracker {
         found.next()
     }
 
-    /// A line of a motor changes; the `last` one of a store decides what the store did.
+    /// Notes the level of a line. After the `last` line of a store its effect is known.
     fn switch(&mut self, motor: usize, line: usize, edge: &Edge, last: bool) {
         let phases = &mut self.phases[motor];
         phases.set(line, edge.level);

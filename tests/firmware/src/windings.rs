@@ -2,7 +2,7 @@
 //! document of machine 001 prints.
 const SEQUENCES: &str = include_str!("../../../crates/stepper/tests/five_phase_sequences.csv");
 
-/// What a store to a motor's lines did.
+/// The effect of a store to a motor's lines.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Change {
     /// The current was switched on in the state where it had been switched off, or off.
@@ -52,7 +52,7 @@ impl Phases {
         self.lines == 0
     }
 
-    /// Says what the store that changed the lines did.
+    /// Returns the effect of the store that changed the lines.
     pub(crate) fn settle(&mut self) -> Change {
         let count = self.states.len();
         let place = self.states.iter().position(|state| *state == self.lines);

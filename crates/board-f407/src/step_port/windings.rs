@@ -82,7 +82,6 @@ pub(crate) fn energise(on: bool) {
 }
 
 /// Takes these motors to their next states.
-#[inline(always)]
 pub(super) fn step(motors: MotorMask) {
     let back = MotorMask::from_bits(BACK.load(Relaxed));
     for (motor, at) in AT.iter().enumerate() {
@@ -98,7 +97,6 @@ pub(super) fn step(motors: MotorMask) {
 }
 
 /// Puts out a motor's lines in a state.
-#[inline(always)] // the step interrupt must reach no code in the flash (`cargo xtask thumb`)
 fn put(motor: usize, state: u8) {
     // Within the table: a state is below its length, and the compiler sees it.
     let word = &WORDS[motor][usize::from(state) % STATES];
@@ -106,11 +104,9 @@ fn put(motor: usize, state: u8) {
 }
 
 /// Notes the directions of all motors for their next steps.
-#[inline(always)]
 pub(super) fn set_direction(negative: MotorMask) {
     BACK.store(negative.bits() ^ INVERTED.load(Relaxed), Relaxed);
 }
 
 /// Does nothing: a step is no pulse.
-#[inline(always)]
 pub(super) fn end_pulse() {}

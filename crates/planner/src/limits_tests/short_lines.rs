@@ -129,8 +129,8 @@ fn short_lines_end_at_rest() {
         push(&program, &mut rig);
         while rig.segmenter.next(&mut rig.planner).is_some() {
             match &mut event {
-                Some((0, what)) => {
-                    handle(*what, &mut rig);
+                Some((0, due)) => {
+                    handle(*due, &mut rig);
                     event = events.next();
                 }
                 Some((wait, _)) => *wait -= 1,
