@@ -99,9 +99,11 @@ FAMILIES = {'borders': borders, 'chains': chains, 'narrow': narrow, 'circles': c
 MOST = 1.05  # of the acceleration
 
 
-def judged(binary, family, number):
+def judged(binary, family, number, ramp):
     name = f'{family} {number}'
     program, of = FAMILIES[family](random.Random(name), name)
+    if ramp:
+        of = replace(of, jerk=of.acceleration / ramp)
     run = program.run(binary, of)
     share, axis, h, time = worst_acceleration(program, of, run)
     text = (f'{name}: {share:.3f} of the acceleration of {"XY"[axis]} over {h * 1000:g} ms at {time:.3f} s '
@@ -115,6 +117,7 @@ def main():
     args.add_argument('--jobs', type=int, default=100)
     args.add_argument('--first', type=int, default=0)
     args.add_argument('--family', choices=FAMILIES, action='append')
+    args.add_argument('--ramp', type=float, help='with a jerk limit: the seconds in which the acceleration grows')
     args = args.parse_args()
     failed = []
     print('| curves | jobs | above 1.01 | most acceleration | most rate | time over the shortest, mean | most |')
@@ -122,11 +125,13 @@ def main():
     for family in args.family or FAMILIES:
         with ThreadPoolExecutor(2) as pool:
             jobs = range(args.first, args.first + args.jobs)
-            results = list(pool.map(lambda number: judged(args.binary, family, number), jobs))
+            results = list(pool.map(lambda number: judged(args.binary, family, number, args.ramp), jobs))
         shares, rates, ends, times, texts = zip(*results)
         print(f'| {family} | {len(jobs)} | {sum(share > 1.01 for share in shares)} | {max(shares):.3f} | {max(rates):.3f} '
               f'| {np.mean(times):.3f} | {max(times):.3f} |', flush=True)
         failed += [text for share, rate, end, _, text in results if share > MOST or rate > FASTEST or not end]
+        if args.ramp:
+            continue
         if np.mean(times) > SLOWEST:
             failed.append(f'{family}: {np.mean(times):.3f} of the shortest time in the mean')
         if max(times) > SLOWEST_JOB.get(family, math.inf):

@@ -19,9 +19,10 @@ class Machine:
     rate: float
     acceleration: float
     deviation: float
+    jerk: float = 0.0
 
     def flags(self):
-        sets = {'$0': 1, '$11': self.deviation}
+        sets = {'$0': 1, '$11': self.deviation, '$705': self.jerk}
         for axis in range(3):
             sets |= {f'$10{axis}': self.steps_per_mm, f'$11{axis}': self.rate, f'$12{axis}': self.acceleration}
         return [flag for key, value in sets.items() for flag in ('--set', f'{key}={value}')]

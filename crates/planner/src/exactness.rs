@@ -7,7 +7,8 @@ use crate::emit::fit::Carry;
 use crate::emit::running::{Aim, Goal, Running, Timing};
 use crate::moves::PlannedMove;
 use crate::reference::{to, Exact, Player};
-use crate::Profile;
+use crate::speed::plan::{Place, Plan};
+use crate::{Profile, SCurve};
 use leadscrew_stepper::{Early, Interval, Segment};
 use std::boxed::Box;
 use std::vec::Vec;
@@ -165,6 +166,28 @@ impl Case {
         Running::new(&planned, self.entry * self.entry).unwrap()
     }
 
+    /// A profile with limited jerk: to the exit speed, or to rest where it cannot be reached.
+    fn eased(&self) -> SCurve {
+        let exits = [self.exit, 0.0, self.entry];
+        let curves = exits.into_iter().filter_map(|exit| {
+            let plan = Plan {
+                start: Place::at(0),
+                end: self.delta[0] as u32,
+                beyond: 0.0,
+                entry_v2: self.entry * self.entry,
+                cruise: self.rate,
+                exit_v2: exit * exit,
+                up: self.acceleration,
+                down: self.acceleration,
+            };
+            SCurve::new(&plan, 0.0, self.jerk)
+        });
+        curves
+            .into_iter()
+            .next()
+            .expect("a profile that ends as fast as it begins")
+    }
+
     fn aim(&self, goal: Goal, share: f32) -> Aim {
         Aim {
             steps_after: 0,
@@ -175,7 +198,6 @@ impl Case {
             up: self.acceleration,
             down: self.acceleration,
             stop: self.acceleration,
-            jerk: self.jerk,
         }
     }
 }
@@ -232,7 +254,11 @@ fn play(case: &Case, mut meddle: impl FnMut(&mut Segment<3>)) -> (Schedule, Edge
     let (mut schedule, mut edges) = (Schedule::default(), Edges::default());
     let going = |share| case.aim(Goal::End, share);
     let timing = case.timing();
-    running.plan(going(1.0), timing);
+    if case.jerk > 0.0 {
+        running.follow(Profile::SCurve(case.eased()), timing);
+    } else {
+        running.follow(running.planned(going(1.0)), timing);
+    }
     schedule.add(&running);
     while !running.at_end() {
         let mut segment = running.segment(timing, &mut carry, Goal::End);
@@ -257,7 +283,7 @@ fn play(case: &Case, mut meddle: impl FnMut(&mut Segment<3>)) -> (Schedule, Edge
             going(0.2 + random.next())
         };
         if !running.at_end() {
-            running.plan(aim, timing);
+            running.follow(running.planned(aim), timing);
             schedule.add(&running);
         }
     }

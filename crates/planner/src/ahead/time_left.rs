@@ -4,15 +4,15 @@
 //! speeds at the borders of blocks. Here the speed at the start of every move is found, and with it
 //! the ramps of the move. In this calculation each part of a move counts as a single step.
 //!
-//! With a jerk limit the ramps follow `ramp`, and the speeds at which they fit into a move are
-//! found by halving.
+//! With a jerk limit the sum is an estimate: a ramp counts with the mean acceleration that it has
+//! from rest to the nominal speed.
 //!
 //! Moves may begin and be queued while the sum is under way. The time of a move that ends meanwhile
 //! still counts: an error of some milliseconds.
 
 use crate::moves::PlannedMove;
 use crate::planner::nominal;
-use crate::real::{max, min, sqrt};
+use crate::real::{min, sqrt};
 use crate::space::axis_limits::AxisLimits;
 use crate::space::axis_limits::Whereabouts;
 use crate::speed::plan::{Place, Plan};
@@ -57,6 +57,7 @@ where
                 steps: left,
                 way: 0.0,
                 at_start: false,
+                brakes_to_rest: false,
             };
             let (more, end) = over.from(at, &self.axis_limits());
             (seconds, speed) = (seconds + more, end);
@@ -70,8 +71,7 @@ where
 
     /// Adds the times of up to 4 further moves. Returns whether more moves are left.
     ///
-    /// Called from the main loop. Takes some 1300 instructions for a move on a curve; with a jerk
-    /// limit 2500, an estimate.
+    /// Called from the main loop. Takes some 1300 instructions for a move on a curve.
     pub fn add_time(&self, left: &mut TimeLeft) -> bool {
         let (overrides, unit) = (self.overrides(), self.unit());
         let (mut speed, mut seconds) = (left.speed, left.seconds);
@@ -123,19 +123,21 @@ impl<const AXES: usize, const MOTORS: usize> Over<'_, AXES, MOTORS> {
         let (mut seconds, mut speed) = (0.0, sqrt(at.v2));
         loop {
             let course = axis_limits.course(self.planned, self.after, at, self.limit_v2);
+            let nominal = min(self.nominal, sqrt(course.top_v2));
+            let accelerations = match axis_limits.jerk > 0.0 {
+                true => [mean(course.up, axis_limits.jerk, nominal); 2],
+                false => [course.up, course.down],
+            };
+            let [up, down] = accelerations;
             let part = Stretch {
                 length: at.steps_to(course.steps_after) / per_mm,
-                up: course.up,
-                down: course.down,
-                nominal: min(self.nominal, sqrt(course.top_v2)),
+                up,
+                down,
+                nominal,
                 entry: speed,
                 limit_v2: course.exit_v2,
             };
-            let (time, end) = if axis_limits.jerk > 0.0 {
-                part.eased(axis_limits.jerk)
-            } else {
-                part.sharp()
-            };
+            let (time, end) = part.sharp();
             (seconds, speed) = (seconds + time, end);
             if course.steps_after == 0 {
                 return (seconds, speed);
@@ -145,9 +147,15 @@ impl<const AXES: usize, const MOTORS: usize> Over<'_, AXES, MOTORS> {
                 steps: course.steps_after,
                 way: 0.0,
                 at_start: false,
+                brakes_to_rest: false,
             };
         }
     }
+}
+
+/// The mean acceleration of a ramp from rest to `speed`, mm/s², with limits in mm/s² and mm/s³.
+fn mean(acceleration: f32, jerk: f32, speed: f32) -> f32 {
+    speed / ramp::duration(0.0, speed, Limits { acceleration, jerk })
 }
 
 /// A part of a move. The length is in mm, accelerations are in mm/s², speeds in mm/s, and the limit
@@ -168,6 +176,7 @@ impl Stretch {
         let profile = Trapezoid::new(&Plan {
             start: Place::at(0),
             end: 1,
+            beyond: 0.0,
             entry_v2: self.entry * self.entry * per_mm * per_mm,
             cruise: self.nominal * per_mm,
             exit_v2: self.limit_v2 * per_mm * per_mm,
@@ -175,42 +184,6 @@ impl Stretch {
             down: self.down * per_mm,
         });
         (profile.time(1), sqrt(profile.exit_v2()) * self.length)
-    }
-
-    /// Duration (s) and speed at the end (mm/s), with ramps of limited `jerk`, mm/s³.
-    fn eased(&self, jerk: f32) -> (f32, f32) {
-        let limits = Limits {
-            acceleration: min(self.up, self.down),
-            jerk,
-        };
-        let v0 = self.entry;
-        let up = |speed| ramp::length(v0, speed, limits);
-        let v1 = self.reached(v0, sqrt(self.limit_v2), &up);
-        let both = |speed| up(speed) + ramp::length(speed, v1, limits);
-        let peak = self.reached(max(v0, v1), self.nominal, &both);
-        let ramps = ramp::duration(v0, peak, limits) + ramp::duration(peak, v1, limits);
-        (ramps + max(self.length - both(peak), 0.0) / peak, v1)
-    }
-
-    /// The speed nearest to `wanted` at which the ramps fit into the move. `way` answers the length
-    /// of the ramps for a speed; at `from` they fit.
-    fn reached(&self, from: f32, wanted: f32, way: &dyn Fn(f32) -> f32) -> f32 {
-        /// Enough for a 65 000th of the difference of the speeds: a slow move after a fast one is
-        /// still timed to some thousandths.
-        const HALVINGS: u32 = 16;
-        if way(wanted) <= self.length {
-            return wanted;
-        }
-        let (mut good, mut bad) = (from, wanted);
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (good + bad);
-            if way(middle) <= self.length {
-                good = middle;
-            } else {
-                bad = middle;
-            }
-        }
-        good
     }
 }
 
@@ -297,7 +270,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(100))]
 
-        /// At the start and half-way, whatever the override.
+        /// At the start and half-way, whatever the override. With a jerk limit it is an estimate.
         #[test]
         fn it_is_the_time_that_the_queue_takes(
             points in prop::collection::vec((-20.0f64..20.0, -20.0f64..20.0, 0.5f32..60.0), 1..60),
@@ -314,6 +287,7 @@ mod tests {
             for (x, y, feed) in &points {
                 rig.planner.push(&to(*x, *y, *feed)).unwrap();
             }
+            let most = ease.map_or(1e-3, |_| 0.15);
             let whole = seconds(&mut rig);
             let half = rig.planner.len() / 2;
             while rig.planner.len() > half {
@@ -323,8 +297,8 @@ mod tests {
             let (at_half, rest) = (rig.player.now as f64 / hz, seconds(&mut rig));
             while rig.step().is_some() {}
             let all = rig.player.now as f64 / hz;
-            prop_assert!((whole - all).abs() <= 1e-3 * all + 1e-3, "{} {}", whole, all);
-            prop_assert!((rest - (all - at_half)).abs() <= 1e-3 * all + 1e-3, "{} {}", rest, all - at_half);
+            prop_assert!((whole - all).abs() <= most * all + 1e-3, "{} {}", whole, all);
+            prop_assert!((rest - (all - at_half)).abs() <= most * all + 1e-3, "{} {}", rest, all - at_half);
         }
     }
 }

@@ -27,10 +27,9 @@ use leadscrew_stepper::{Interval, OutputChange, Power, PowerChange, Segment};
 /// Turns the planner's moves into segments for the step interrupt. Main loop.
 #[derive(Clone, Debug)]
 pub struct Segmenter<const AXES: usize, const MOTORS: usize> {
-    running: Option<Running<MOTORS>>,
+    /// The move that runs, or the last one that ran: the next one goes on from its end.
+    last: Option<Running<MOTORS>>,
     mode: Mode,
-    /// Squared speed at the end of the last move, mm²/s²: the next move begins with it.
-    exit_v2: f32,
     carry: Carry,
 }
 
@@ -65,9 +64,8 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
     /// Makes a segmenter at rest.
     pub fn new() -> Self {
         Self {
-            running: None,
+            last: None,
             mode: Mode::Going,
-            exit_v2: 0.0,
             carry: Carry::default(),
         }
     }
@@ -84,17 +82,29 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         if self.mode == Mode::Held {
             return None;
         }
-        if self.running.is_none() {
-            self.running = Running::new(planner.start_next()?, self.exit_v2);
+        if self.is_idle() {
+            let planned = planner.start_next()?;
+            let entry_v2 = self.last.as_ref().map_or(0.0, Running::exit_v2);
+            let mut running = Running::new(planned, entry_v2)?;
+            if let Some(last) = &self.last {
+                running.go_on(last);
+            }
+            self.last = Some(running);
         }
         // A reference, because moving it out and back in would copy it for each segment.
-        let running = self.running.as_mut()?;
+        let running = self.last.as_mut()?;
         running.begin_pixel(|| planner.take_pixel());
         let timing = Timing::new(planner.config());
         let outlook = planner.outlook(|| running.whereabouts());
         if running.outlook != Some(outlook) && running.may_change() {
-            let course = planner.course(running.whereabouts(), outlook)?;
-            running.plan(aim(self.mode.goal(), planner, &course), timing);
+            let goal = self.mode.goal();
+            let profile = if planner.config().jerk > 0.0 {
+                running.eased(goal, planner)
+            } else {
+                let course = planner.course(running.whereabouts(), outlook)?;
+                running.planned(aim(goal, planner, &course))
+            };
+            running.follow(profile, timing);
             running.outlook = Some(outlook);
         }
         let segment = running.segment(timing, &mut self.carry, self.mode.goal());
@@ -133,7 +143,12 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
 
     /// Whether no move is under way. (More may be queued.)
     pub fn is_idle(&self) -> bool {
-        self.running.is_none()
+        self.running().is_none()
+    }
+
+    /// The move that runs.
+    fn running(&self) -> Option<&Running<MOTORS>> {
+        self.last.as_ref().filter(|last| !last.at_end())
     }
 
     /// Forgets the running move and any hold. Called at rest, after a reset or a jog cancel,
@@ -145,42 +160,44 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
     /// Makes the stepper begin the rest of the running line anew, because another line came between
     /// (parking). Called while held.
     pub fn renew_line(&mut self) {
-        if let Some(running) = &mut self.running {
+        if let Some(running) = &mut self.last {
             running.renew_line();
         }
     }
 
     /// Speed along the path at the end of the segments handed out, mm/s.
     pub fn speed(&self) -> f32 {
-        self.running
-            .as_ref()
-            .map_or_else(|| sqrt(self.exit_v2), Running::speed)
+        self.last.as_ref().map_or(0.0, Running::speed)
     }
 
     /// Time to the end of the profile, s; the speed there, mm/s; the steps of the running move that
     /// follow.
     pub(crate) fn rest_of_part(&self) -> (f32, f32, u32) {
-        self.running
-            .as_ref()
-            .map_or_else(|| (0.0, sqrt(self.exit_v2), 0), Running::rest)
+        self.last.as_ref().map_or((0.0, 0.0, 0), Running::rest)
     }
 
     /// The line number of the running move.
     pub fn line_number(&self) -> Option<u32> {
-        self.running.as_ref().and_then(Running::line_number)
+        self.running().and_then(Running::line_number)
     }
 
     /// The profile of the running move and the place up to which it was handed out.
     pub fn profile(&self) -> Option<(&Profile, Place)> {
-        self.running
-            .as_ref()
+        self.running()
             .map(|running| (running.profile(), running.here()))
+    }
+
+    /// Acceleration along the path at the end of the segments handed out, mm/s², where the jerk is
+    /// limited.
+    #[cfg(test)]
+    pub(crate) fn acceleration(&self) -> f32 {
+        self.last.as_ref().map_or(0.0, Running::acceleration)
     }
 
     /// Whether the segments handed out end with a whole step event.
     #[cfg(test)]
     pub(crate) fn at_step(&self) -> bool {
-        self.running.as_ref().is_none_or(Running::at_step)
+        self.running().is_none_or(Running::at_step)
     }
 
     /// Whether motion has a speed at the end of the segments handed out.
@@ -190,7 +207,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
 
     /// Has the profile made anew before the next segment.
     fn plan_anew(&mut self) {
-        if let Some(running) = &mut self.running {
+        if let Some(running) = &mut self.last {
             running.outlook = None;
         }
     }
@@ -201,15 +218,13 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
     where
         K: Kinematics<AXES, MOTORS>,
     {
-        let Some(running) = &mut self.running else {
+        let Some(running) = &mut self.last else {
             return;
         };
-        self.exit_v2 = running.exit_v2();
-        if self.mode == Mode::Stopping && self.exit_v2 <= 0.0 {
+        if self.mode == Mode::Stopping && running.exit_v2() <= 0.0 {
             self.mode = Mode::Held;
         }
         if running.at_end() {
-            self.running = None;
             planner.finish();
         } else {
             running.outlook = None;
@@ -239,7 +254,6 @@ where
         up: course.up,
         down: course.down,
         stop: course.stop,
-        jerk: planner.config().jerk,
     }
 }
 

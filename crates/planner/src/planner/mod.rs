@@ -9,6 +9,7 @@ pub(crate) use append::nominal;
 
 use crate::ahead::lookahead::LookAhead;
 use crate::ahead::queue::{PixelQueue, Room};
+use crate::ahead::waypoints;
 use crate::config::{Limits, Scales, SpeedUnit};
 use crate::emit::pixel::{Pixel, Pixels};
 use crate::moves::PlannedMove;
@@ -305,7 +306,7 @@ where
         /// The most moves that are planned in one call.
         const MOST: usize = 4;
         self.find();
-        if self.is_bound_by_end() && self.too_many_wait() && self.slows_down_soon(at()) {
+        if self.needs_more() && self.too_many_wait() && self.slows_down_soon(at()) {
             for _ in 0..MOST {
                 if self.too_many_wait() {
                     self.settle_one(When::Now);
@@ -313,18 +314,35 @@ where
             }
             self.find();
         }
+        let counts = self.config.jerk > 0.0;
         Outlook {
             exit: self.queue.exit_limit(),
             revision: self.revision,
+            moves: if counts {
+                self.queue.waiting().min(waypoints::MOVES) as u16
+            } else {
+                0
+            },
+        }
+    }
+
+    /// Whether one more planned move might make the running move faster.
+    fn needs_more(&self) -> bool {
+        match self.config.jerk > 0.0 {
+            true => self.queue.waiting() < waypoints::MOVES,
+            false => self.is_bound_by_end(),
         }
     }
 
     /// Whether the running move would be too fast for the speed at its end if it went on for one
     /// more segment, of `way` mm, with its full acceleration.
     fn slows_down_soon(&self, at: Whereabouts) -> bool {
-        let Some(running) = self.queue.running().filter(|_| self.config.jerk <= 0.0) else {
+        let Some(running) = self.queue.running() else {
             return true;
         };
+        if self.config.jerk > 0.0 {
+            return at.brakes_to_rest;
+        }
         let (a, seconds) = (running.acceleration, self.config.longest_segment);
         let left = at.steps_to(0) / running.steps_per_mm();
         let way = min(left, (sqrt(at.v2) + a * seconds) * seconds);
@@ -382,6 +400,8 @@ pub(crate) struct Outlook {
     pub(crate) exit: u32,
     /// A number that changes whenever nominal speeds change.
     pub(crate) revision: u32,
+    /// Under a jerk limit: the number of moves that are looked at.
+    pub(crate) moves: u16,
 }
 
 fn difference<const MOTORS: usize>(

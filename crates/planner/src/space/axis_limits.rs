@@ -6,19 +6,17 @@
 use crate::ahead::lookahead::{Braking, Ends};
 use crate::config::{Limits, Scales};
 use crate::moves::PlannedMove;
-use crate::real::{max, min, sqrt};
+use crate::real::{max, min};
 use crate::space::polygon::{cap, common, Piece, Rise};
-use crate::speed::ramp;
 use crate::{Config, Kinematics};
 
 /// The share of the possible braking that the look-ahead counts on. The rest is room for the
 /// rounding of ramps in `f32` (a few 2⁻²⁴), so that no ramp is steeper than allowed.
 const GAIN_MARGIN: f32 = 1.0 - 1.0 / (1 << 20) as f32;
 
-/// With a jerk limit a ramp has one acceleration: the one that is left at the highest speed. At
-/// that speed a curve may take this share of the acceleration. The share is best for a circle from
-/// rest to rest (it takes 8.5·√(R/a); with 0.9 it takes 8.8·√(R/a), with 0.7 8.7·√(R/a)).
-const EASED: f32 = 0.8;
+/// With a jerk limit a ramp has one acceleration, the least that is left on its way. A curve is so
+/// slow that it leaves this share of the acceleration of a straight path.
+const EASED: f32 = 0.4;
 
 /// The limits of the machine that bound the acceleration along moves.
 pub(crate) struct AxisLimits<'m, K, const AXES: usize, const MOTORS: usize> {
@@ -50,12 +48,33 @@ impl<K, const AXES: usize, const MOTORS: usize> AxisLimits<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
-    /// The highest squared speed at which a path may turn with the curvature `bend`, mm²/s².
-    pub(crate) fn cap(&self, bend: &[f32]) -> f32 {
-        if self.jerk > 0.0 {
-            EASED * cap(bend)
-        } else {
-            cap(bend)
+    /// The limits under a jerk limit at the start of `planned`, for speeds up to `top_v2` (mm²/s²).
+    pub(crate) fn border(
+        &self,
+        before: &PlannedMove<AXES, MOTORS>,
+        planned: &PlannedMove<AXES, MOTORS>,
+        top_v2: f32,
+    ) -> Border {
+        let moves = [before, planned].map(|of| (self.piece(of, of.length), of.acceleration));
+        let corner_v2 = self.limits.unit.v2(planned.corner);
+        let mut curve_v2 = f32::INFINITY;
+        for (axis, bend) in planned.bend.iter().enumerate() {
+            let kept = moves.iter().fold(0.0, |kept, (piece, acceleration)| {
+                max(kept, piece.tangent[axis].abs() * acceleration)
+            });
+            curve_v2 = min(curve_v2, (1.0 - EASED * kept) / bend.abs());
+        }
+        let v2 = min(top_v2, min(curve_v2, corner_v2));
+        let left = moves.map(|(piece, acceleration)| {
+            let axes = piece.tangent.iter().zip(&planned.bend);
+            axes.fold(acceleration, |least, (q, bend)| {
+                min(least, (1.0 - bend.abs() * v2) / q.abs())
+            })
+        });
+        Border {
+            curve_v2,
+            corner_v2,
+            left,
         }
     }
 
@@ -72,24 +91,6 @@ where
             *tangent *= per_length * per_acceleration;
         }
         Piece { tangent, length }
-    }
-
-    /// The acceleration that is left at the highest speeds of both ends, mm/s².
-    fn eased(
-        &self,
-        planned: &PlannedMove<AXES, MOTORS>,
-        after: Option<&PlannedMove<AXES, MOTORS>>,
-    ) -> f32 {
-        let piece = self.piece(planned, planned.length);
-        let left = |of: &PlannedMove<AXES, MOTORS>| {
-            let v2 = self.limits.unit.v2(of.corner);
-            let both = [Rise::Forward, Rise::Backward];
-            both.iter().fold(planned.acceleration, |least_left, rise| {
-                min(least_left, piece.left(v2, &of.bend, *rise))
-            })
-        };
-        let ends = min(left(planned), after.map_or(f32::INFINITY, left));
-        max(ends, STILL * planned.acceleration)
     }
 
     /// By how much the squared speed at a piece's start may exceed `v2`, if the piece ends at `v2`
@@ -162,31 +163,12 @@ where
         planned: &PlannedMove<AXES, MOTORS>,
         after: Option<&PlannedMove<AXES, MOTORS>>,
     ) -> Option<f32> {
-        if self.jerk > 0.0 {
-            Some(self.eased_gain(planned, after))
-        } else if planned.is_straight() && after.is_none_or(PlannedMove::is_straight) {
+        let straight = planned.is_straight() && after.is_none_or(PlannedMove::is_straight);
+        if straight || self.jerk > 0.0 {
             Some(2.0 * planned.acceleration * planned.length)
         } else {
             None
         }
-    }
-
-    /// By how much the squared speed can fall over a move with a jerk limit, mm²/s².
-    fn eased_gain(
-        &self,
-        planned: &PlannedMove<AXES, MOTORS>,
-        after: Option<&PlannedMove<AXES, MOTORS>>,
-    ) -> f32 {
-        let acceleration = self.eased(planned, after);
-        let limits = ramp::Limits {
-            acceleration,
-            jerk: self.jerk,
-        };
-        let fastest = max(sqrt(planned.top_v2()), crate::config::SLOWEST);
-        min(
-            2.0 * acceleration * planned.length,
-            ramp::braking(fastest, planned.length, limits),
-        )
     }
 }
 
@@ -277,6 +259,15 @@ where
     }
 }
 
+/// The limits at the border of two moves, under a jerk limit.
+pub(crate) struct Border {
+    /// The highest squared speeds by curvature and by the corner, mm²/s².
+    pub(crate) curve_v2: f32,
+    pub(crate) corner_v2: f32,
+    /// The acceleration that is left along each of the moves, mm/s².
+    pub(crate) left: [f32; 2],
+}
+
 /// How a part of the running move goes on: squared speeds in mm²/s², accelerations along the path
 /// in mm/s².
 ///
@@ -315,6 +306,8 @@ pub(crate) struct Whereabouts {
     pub(crate) way: f32,
     /// Whether the move has not begun.
     pub(crate) at_start: bool,
+    /// Under a jerk limit: whether motion slows down to the rest at the end of the plan.
+    pub(crate) brakes_to_rest: bool,
 }
 
 impl Whereabouts {
@@ -328,6 +321,7 @@ impl Whereabouts {
             steps: planned.events(),
             way: 0.0,
             at_start: true,
+            brakes_to_rest: false,
         }
     }
 
@@ -361,13 +355,9 @@ where
         at: Whereabouts,
         exit_v2: f32,
     ) -> Course {
-        if self.jerk > 0.0 {
-            let a = self.eased(planned, after);
-            let top_v2 = self.cap(&middle(planned, after));
-            return Course::even(a, top_v2, 0, exit_v2);
-        }
         let a = planned.acceleration;
-        if planned.is_straight() && after.is_none_or(PlannedMove::is_straight) {
+        let straight = planned.is_straight() && after.is_none_or(PlannedMove::is_straight);
+        if straight || self.jerk > 0.0 {
             return Course::even(a, f32::INFINITY, 0, exit_v2);
         }
         let (none, per_mm) = ([0.0; AXES], planned.steps_per_mm());
@@ -440,7 +430,7 @@ where
         Course {
             steps_after: part.steps_after,
             exit_v2,
-            top_v2: self.cap(middle),
+            top_v2: cap(middle),
             up: within(up * per_gain),
             down: within(down * per_gain),
             stop: within(piece.left(v2, from, Rise::Backward)),

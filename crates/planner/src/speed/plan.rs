@@ -32,8 +32,10 @@ impl Place {
 pub struct Plan {
     /// Place at which the profile begins.
     pub start: Place,
-    /// Step at which it ends, after `start`.
+    /// Step at which it ends in this move, after `start`.
     pub end: u32,
+    /// Steps that it goes on in later moves, under a jerk limit; 0 for a trapezoid.
+    pub beyond: f32,
     /// Squared speed at the start.
     pub entry_v2: f32,
     /// Speed to cruise at, above 0.

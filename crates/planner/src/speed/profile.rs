@@ -36,20 +36,6 @@ pub enum Profile {
 }
 
 impl Profile {
-    /// Becomes the fastest profile for `plan`, from its start on. `jerk` (steps/s³) is kept if it
-    /// is above 0. The profile stays as it is where the acceleration under way cannot fall to 0
-    /// before the end.
-    pub(crate) fn change(&mut self, plan: &Plan, jerk: f32) {
-        if jerk <= 0.0 {
-            *self = Self::Trapezoid(Trapezoid::new(plan));
-            return;
-        }
-        let (_, acceleration) = self.motion(plan.start);
-        if let Some(curve) = SCurve::new(plan, acceleration, jerk) {
-            *self = Self::SCurve(curve);
-        }
-    }
-
     /// The place at which the profile begins.
     pub const fn start(&self) -> Place {
         match self {
@@ -75,10 +61,26 @@ impl Profile {
     }
 
     /// Squared speed at the end, steps²/s².
-    pub const fn exit_v2(&self) -> f32 {
+    pub fn exit_v2(&self) -> f32 {
         match self {
             Self::Trapezoid(of) => of.exit_v2(),
             Self::SCurve(of) => of.exit_v2(),
+        }
+    }
+
+    /// Whether a profile of limited jerk slows down at `place` and ends at rest.
+    pub(crate) fn brakes_to_rest(&self, place: Place) -> bool {
+        match self {
+            Self::Trapezoid(_) => false,
+            Self::SCurve(of) => of.last_speed() <= 0.0 && of.motion(place).1 < 0.0,
+        }
+    }
+
+    /// The rest of a profile that goes on in the next move: see [`SCurve::go_on`].
+    pub(crate) fn go_on(&self, events: u32, ratio: f32) -> Option<Self> {
+        match self {
+            Self::Trapezoid(_) => None,
+            Self::SCurve(of) => of.go_on(events, ratio).map(Self::SCurve),
         }
     }
 

@@ -122,9 +122,13 @@ impl Ramp {
     }
 
     /// The shortest ramp over which the acceleration falls to 0, from `speed` and `acceleration`
-    /// (signed).
+    /// (signed), which may be above the limit.
     pub(crate) fn easing(speed: f32, acceleration: f32, limits: Limits) -> Self {
         let change = eased(acceleration, limits);
+        let limits = Limits {
+            acceleration: max(limits.acceleration, acceleration.abs()),
+            ..limits
+        };
         let (before, after) = (max(speed - change, 0.0), max(speed + change, 0.0));
         let ramp = Self::new(before, after, 2.0 * change, limits);
         ramp.skip(ramp.ease)
@@ -274,43 +278,9 @@ pub(crate) fn duration(v0: f32, v1: f32, limits: Limits) -> f32 {
 
 /// Roughly the speed half a step after a start from rest, steps/s: a ramp from rest to `v` has the
 /// length `v^(3/2)/√jerk`.
-pub(crate) fn half_a_step(limits: Limits) -> f32 {
-    rough_cube_root(0.25 * limits.jerk)
+pub(crate) fn half_a_step(jerk: f32) -> f32 {
+    rough_cube_root(0.25 * jerk)
 }
-
-/// By how much a move of `length` can brake, as a loss of squared speed, from any speed up to
-/// `fastest`, with acceleration 0 at its ends. The result is never too large, and too small by some
-/// per cent at most.
-///
-/// A loss of squared speed takes the longest distance at the highest speed `v`. There the change of
-/// speed `Δ` takes the length
-///
-/// ```text
-///   length = (v − Δ/2)·T(Δ)        T: the time of a ramp
-/// ```
-///
-/// This is solved for `Δ` from below: a mean speed that is too high gives a `Δ` that is too small.
-pub(crate) fn braking(fastest: f32, length: f32, limits: Limits) -> f32 {
-    const ROUNDS: u32 = 3;
-    let (a, jerk) = (limits.acceleration * SAFE, limits.jerk * SAFE);
-    let mut change = 0.0;
-    for _ in 0..ROUNDS {
-        let time = length / (fastest - 0.5 * change);
-        let steady = a * time - a * a / jerk;
-        change = if jerk * time > 2.0 * a {
-            steady
-        } else {
-            0.25 * jerk * time * time
-        };
-        change = min(change, fastest);
-    }
-    let change = max(change - COARSE * fastest, 0.0);
-    change * (2.0 * fastest - change)
-}
-
-/// The error of a speed, as a share of it: eight units in the last place. A loss of speed is
-/// reduced by this error, because on the shortest moves the loss is within the rounding.
-const COARSE: f32 = 1.0 / (1 << 20) as f32;
 
 /// The first time at which `v·t + jerk·t³/6` is `x`, with `v` at least 0.
 ///

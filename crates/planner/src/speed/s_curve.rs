@@ -9,8 +9,7 @@
 //!   start ...... s ...... end    (steps of the dominant motor)
 //! ```
 //!
-//! The acceleration is 0 where a move ends: a ramp never goes on in the next move. That is safe
-//! whatever comes next, and slow where moves are short. Collinear moves are better given as one.
+//! The end may lie in a later move: a ramp goes on across the borders of moves (see `waypoints`).
 
 use crate::real::{max, min, rough_cube_root, sqrt};
 use crate::speed::plan::{Place, Plan, Stretch};
@@ -21,6 +20,13 @@ use crate::speed::ramp::{self, Limits, Ramp};
 pub struct SCurve {
     start: Place,
     end: u32,
+    /// Steps of the move that runs in a step of the move in which the profile was made. All that
+    /// follows is in steps of the latter.
+    scale: f32,
+    /// Steps from the start of the profile, in an earlier move, to `start`.
+    before: f32,
+    /// Steps from `end` to the end of the profile, in later moves.
+    beyond: f32,
     easing: Ramp,
     up: Ramp,
     cruise: f32,
@@ -36,44 +42,70 @@ pub struct SCurve {
 /// The rough cube root is too small by less than this factor.
 const ROOT_MARGIN: f32 = 1.1;
 
-/// Halvings of a range of speeds: one less than the bits of an `f32`'s significand.
-const HALVINGS: u32 = 23;
+/// How much of a length may be missing by rounding, steps. The speeds at the ends of a short ramp
+/// are nearly equal, so their difference is known less exactly.
+fn rounding(length: f32) -> f32 {
+    1e-5 * length + min(1e-3 * length, 0.02)
+}
+
+/// Halvings of a range of speeds: to a 65 000th.
+const HALVINGS: u32 = 16;
 
 impl SCurve {
     /// Makes the fastest profile that keeps `plan`, begun with `acceleration` (steps/s², signed)
     /// and with `jerk` (steps/s³, above 0) as its limit.
     ///
-    /// Where the distance does not suffice to brake to the exit speed, the end is as slow as it can
-    /// be. `None` where the acceleration under way cannot fall to 0 before the end: the profile in
-    /// force must then be kept.
+    /// Where the distance does not suffice to speed up to the exit speed, the end is as fast as it
+    /// can be. `None` where it does not suffice to brake to the exit speed.
     pub(crate) fn new(plan: &Plan, acceleration: f32, jerk: f32) -> Option<Self> {
-        let limits = Limits {
-            acceleration: min(plan.up, plan.down),
-            jerk,
-        };
-        let entry = Entry {
-            speed: sqrt(plan.entry_v2),
-            acceleration,
-            limits,
-        };
-        let length = plan.start.before(plan.end);
-        let exit = entry.exit(min(sqrt(plan.exit_v2), plan.cruise), length)?;
+        let (entry, length) = (Entry::new(plan, acceleration, jerk), length(plan));
+        let limits = entry.limits;
+        let (exit, missing) = entry.exit(exit(plan), length)?;
         let cruise = entry.cruise(plan.cruise, exit, length);
         let (easing, up) = entry.ramps(cruise);
         Some(Self {
             start: plan.start,
             end: plan.end,
+            scale: 1.0,
+            before: missing, // at the start it is noticed least
+            beyond: plan.beyond,
             easing,
             up,
             cruise,
             level: if cruise < plan.cruise {
-                max(cruise, ramp::half_a_step(limits))
+                max(cruise, ramp::half_a_step(jerk))
             } else {
                 cruise
             },
             down: Ramp::between(exit, cruise, limits),
             limits,
         })
+    }
+
+    /// Whether a profile as of [`SCurve::new`] reaches its exit speed.
+    pub(crate) fn reaches(plan: &Plan, acceleration: f32, jerk: f32) -> bool {
+        let length = length(plan);
+        let missing = Entry::new(plan, acceleration, jerk).distance(exit(plan)) - length;
+        missing <= rounding(length)
+    }
+
+    /// The rest of the profile, from the end of a move on, in the next one. That move has `events`
+    /// steps, and `ratio` of them are as long as a step before. `None` if the profile has ended.
+    pub(crate) fn go_on(&self, events: u32, ratio: f32) -> Option<Self> {
+        /// The end of a move is known to much less than this, steps.
+        const SAME: f32 = 0.01;
+        let (before, left) = self.ends(Place::at(self.end));
+        let scale = self.scale * ratio;
+        let beyond = left * scale - events as f32;
+        let goes_on = Self {
+            start: Place::at(0),
+            end: events.min((left * scale + 1.0 - SAME) as u32),
+            scale,
+            before,
+            beyond: if beyond > SAME { beyond / scale } else { 0.0 },
+            ..*self
+        };
+        (goes_on.end > 0).then_some(goes_on)
     }
 
     /// Length in steps, a fraction in general, of the shortest stop from `speed` (steps/s) with
@@ -104,18 +136,29 @@ impl SCurve {
 
     /// Speed between the ramps (the peak where there is no cruise), steps/s.
     pub const fn cruise(&self) -> f32 {
-        self.cruise
+        self.cruise * self.scale
     }
 
-    /// Squared speed at the end, steps²/s².
-    pub const fn exit_v2(&self) -> f32 {
-        self.down.start_speed() * self.down.start_speed()
+    /// The speed at the end of the profile, steps/s.
+    pub(crate) fn last_speed(&self) -> f32 {
+        self.down.start_speed()
+    }
+
+    /// The highest speed, steps/s.
+    pub(crate) fn fastest(&self) -> f32 {
+        max(self.cruise, self.easing.end_speed())
+    }
+
+    /// Squared speed at the end of the move or, where the profile ends within it, there; steps²/s².
+    pub fn exit_v2(&self) -> f32 {
+        let (speed, _) = self.motion(Place::at(self.end));
+        speed * speed
     }
 
     /// Speed (steps/s) and acceleration (steps/s², signed) at a place.
     pub fn motion(&self, place: Place) -> (f32, f32) {
         let (x, y) = self.ends(place);
-        if y < self.down.length() {
+        let (speed, acceleration) = if y <= self.down.length() {
             let (speed, acceleration) = self.down.motion(y);
             (speed, -acceleration)
         } else if x < self.easing.length() {
@@ -124,12 +167,13 @@ impl SCurve {
             self.up.motion(x - self.easing.length())
         } else {
             (self.cruise, 0.0)
-        }
+        };
+        (speed * self.scale, acceleration * self.scale)
     }
 
     /// Time that the `steps` after `from` take (seconds), and the speed at their end (steps/s).
     pub(crate) fn time_over(&self, from: Place, steps: f32) -> (f32, f32) {
-        let (x, y) = self.ends(from);
+        let ((x, y), steps) = (self.ends(from), steps / self.scale);
         let (head, tail) = (self.head(), self.down.length());
         let first = max(min(head - x, steps), 0.0);
         let last = max(min(tail - (y - steps), steps - first), 0.0);
@@ -151,7 +195,7 @@ impl SCurve {
         if y <= steps {
             speed = self.down.start_speed();
         }
-        (time, speed)
+        (time, speed * self.scale)
     }
 
     /// The stretch that step `from` lies in. Its `acceleration` is constant: the one whose third
@@ -163,32 +207,25 @@ impl SCurve {
     pub(crate) fn stretch(&self, from: u32) -> Stretch {
         let from = Place::at(from);
         let (x, y) = self.ends(from);
+        let speed = self.motion(from).0 / self.scale;
         let (left, peak) = if x < self.head() {
             let peak = max(self.easing.peak(), self.up.peak());
-            let down = self.up.end_speed() < self.motion(from).0;
+            let down = self.up.end_speed() < speed;
             (self.head() - x, if down { -peak } else { peak })
         } else if y > self.down.length() {
             (y - self.down.length(), 0.0)
         } else {
             (y, -self.down.peak())
         };
-        Stretch {
-            steps: left as u32,
-            acceleration: self.bent(peak, from),
-        }
-    }
-
-    /// The acceleration of [`SCurve::stretch`], steps/s². `peak` is the largest one of the ramp
-    /// that `from` lies on, signed; 0 in the cruise.
-    fn bent(&self, peak: f32, from: Place) -> f32 {
-        let speed = self.motion(from).0;
         let bent = sqrt(peak * peak + speed * self.limits.jerk / 3.0);
-        if peak > 0.0 {
-            bent
-        } else if peak < 0.0 {
-            -bent
-        } else {
+        let acceleration = if peak == 0.0 {
             0.0
+        } else {
+            bent.copysign(peak)
+        };
+        Stretch {
+            steps: min(left * self.scale, from.before(self.end)) as u32,
+            acceleration: acceleration * self.scale,
         }
     }
 
@@ -226,7 +263,9 @@ impl SCurve {
 
     /// Steps from the start to `place` and from there to the end.
     fn ends(&self, place: Place) -> (f32, f32) {
-        (place.after(self.start), place.before(self.end))
+        let per_scale = 1.0 / self.scale;
+        let left = place.before(self.end) * per_scale + self.beyond;
+        (self.before + place.after(self.start) * per_scale, left)
     }
 }
 
@@ -235,7 +274,8 @@ impl SCurve {
     /// Seconds from the start to the place `s` steps after it, in `f64`: the reference of the
     /// tests.
     pub(crate) fn exact_time(&self, s: f64) -> f64 {
-        let length = f64::from(self.end - self.start.step) - f64::from(self.start.part);
+        let length = f64::from(self.end - self.start.step) - f64::from(self.start.part)
+            + f64::from(self.beyond);
         let [easing, up, down] = [&self.easing, &self.up, &self.down].map(Ramp::exact_length);
         let head = easing + up;
         let mut time = self.easing.exact_time(s.min(easing));
@@ -251,6 +291,16 @@ impl SCurve {
     }
 }
 
+/// Steps from the start of a plan to its end.
+fn length(plan: &Plan) -> f32 {
+    plan.start.before(plan.end) + plan.beyond
+}
+
+/// The speed at the end of a plan, steps/s.
+fn exit(plan: &Plan) -> f32 {
+    min(sqrt(plan.exit_v2), plan.cruise)
+}
+
 /// How a profile begins.
 #[derive(Clone, Copy)]
 struct Entry {
@@ -262,6 +312,17 @@ struct Entry {
 }
 
 impl Entry {
+    fn new(plan: &Plan, acceleration: f32, jerk: f32) -> Self {
+        Self {
+            speed: sqrt(plan.entry_v2),
+            acceleration,
+            limits: Limits {
+                acceleration: min(plan.up, plan.down),
+                jerk,
+            },
+        }
+    }
+
     /// The speed once the acceleration under way has fallen to 0.
     fn level(&self) -> f32 {
         Ramp::easing(self.speed, self.acceleration, self.limits).end_speed()
@@ -290,15 +351,19 @@ impl Entry {
         easing.length() + up.length()
     }
 
-    /// The speed nearest to `wanted` that is reached within `length` steps; `None` where the
-    /// acceleration under way cannot fall to 0 within them.
-    fn exit(&self, wanted: f32, length: f32) -> Option<f32> {
-        if self.distance(wanted) <= length {
-            return Some(wanted);
+    /// The speed nearest to `wanted` with which the profile may end after `length` steps, and the
+    /// steps that are missing by rounding. `None` where braking takes longer.
+    fn exit(&self, wanted: f32, length: f32) -> Option<(f32, f32)> {
+        let missing = self.distance(wanted) - length;
+        if missing <= 0.0 {
+            return Some((wanted, 0.0));
         }
         let level = self.level();
-        (self.distance(level) <= length)
-            .then(|| furthest(level, wanted, |speed| self.distance(speed) <= length))
+        if wanted < level {
+            return (missing <= rounding(length)).then_some((wanted, missing));
+        }
+        let fits = |speed| self.distance(speed) <= length;
+        fits(level).then(|| (furthest(level, wanted, &fits), 0.0))
     }
 
     /// The highest speed up to `wanted` from which `exit` can still be reached, `length` steps
@@ -310,15 +375,15 @@ impl Entry {
         }
         let slow = max(self.level(), exit);
         if slow <= wanted && fits(slow) {
-            furthest(slow, wanted, fits)
+            furthest(slow, wanted, &fits)
         } else {
-            furthest(exit, min(slow, wanted), fits)
+            furthest(exit, min(slow, wanted), &fits)
         }
     }
 }
 
 /// Finds by halving the speed nearest to `bad` that `fits`. `good` must fit, and `bad` must not.
-fn furthest(mut good: f32, mut bad: f32, fits: impl Fn(f32) -> bool) -> f32 {
+pub(crate) fn furthest(mut good: f32, mut bad: f32, fits: &dyn Fn(f32) -> bool) -> f32 {
     for _ in 0..HALVINGS {
         let middle = 0.5 * (good + bad);
         if fits(middle) {

@@ -3,7 +3,8 @@
 //!
 //! Region 0: polls that take a line, the most expensive of each kind. Region 1: polls that take
 //! eight overrides. Region 2: polls that take eight holds, resumes and report requests. Region 3:
-//! all polls while arcs, lists and offsets are worked off.
+//! all polls while arcs, lists and offsets are worked off. Region 4: all polls while a circle in
+//! short lines runs under a jerk limit.
 #![no_std]
 #![no_main]
 
@@ -76,6 +77,30 @@ fn run(session: &mut Session<'_>) {
     for _ in 0..30_000 {
         session.pass_time(A_WHILE);
         while count::<3, _>(|| session.poll()) {}
+    }
+    assert!(session.machine.is_quiet());
+    assert!(session.shared.underruns() == 0);
+    under_a_jerk_limit(session);
+}
+
+/// A circle of 5 mm in lines of 0.1 mm, from rest to rest.
+fn under_a_jerk_limit(session: &mut Session<'_>) {
+    const LINES: usize = 314;
+    session.receive("$705=5000\nG91G94F3000\n");
+    session.main_loop();
+    let mut way = [0.1f32, 0.0];
+    for _ in 0..LINES {
+        let mut line = String::<40>::new();
+        assert!(write!(line, "G1X{:.4}Y{:.4}\n", way[0], way[1]).is_ok());
+        session.receive(&line);
+        session.main_loop();
+        // A turn by 0.02: the length stays to 10⁻⁷.
+        let [x, y] = way;
+        way = [0.9998 * x - 0.02 * y, 0.02 * x + 0.9998 * y];
+    }
+    for _ in 0..20_000 {
+        session.pass_time(A_WHILE);
+        while count::<4, _>(|| session.poll()) {}
     }
     assert!(session.machine.is_quiet());
     assert!(session.shared.underruns() == 0);

@@ -3,6 +3,7 @@
 //! The profile leads to the end of the move or of a part of it (see
 //! [`Course`](crate::space::axis_limits::Course)), or to the shortest stop.
 
+mod eased;
 mod piece;
 mod tracer;
 
@@ -14,7 +15,7 @@ use crate::real::{divide_twice, max, min, sqrt};
 use crate::space::axis_limits::Whereabouts;
 use crate::speed::plan::{Place, Plan};
 use crate::speed::profile::ROUNDING;
-use crate::{Config, Profile, SCurve, Trapezoid};
+use crate::{Config, Profile, Trapezoid};
 use leadscrew_stepper::{Line, MotorMask, Segment};
 use piece::Parts;
 use tracer::{Along, Tracer};
@@ -55,6 +56,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         let profile = Profile::Trapezoid(Trapezoid::new(&Plan {
             start: Place::at(0),
             end: events,
+            beyond: 0.0,
             entry_v2,
             cruise: planned.rate * steps_per_mm,
             exit_v2: 0.0,
@@ -75,6 +77,14 @@ impl<const MOTORS: usize> Running<MOTORS> {
         })
     }
 
+    /// Begins with the profile of the move before, if that goes on.
+    pub(crate) fn go_on(&mut self, before: &Self) {
+        let ratio = self.steps_per_mm / before.steps_per_mm;
+        if let Some(profile) = before.profile.go_on(self.events, ratio) {
+            self.profile = profile;
+        }
+    }
+
     /// If the next pixel begins here, takes its power and asks `next` for the pixel after it.
     pub(crate) fn begin_pixel(&mut self, next: impl FnMut() -> Option<Pixel>) {
         self.along.begin_pixel(self.progress.done, next);
@@ -87,6 +97,9 @@ impl<const MOTORS: usize> Running<MOTORS> {
 
     /// Speed along the path at the end of the segments handed out, mm/s.
     pub(crate) fn speed(&self) -> f32 {
+        if self.at_end() {
+            return sqrt(self.exit_v2());
+        }
         self.speed / self.steps_per_mm
     }
 
@@ -107,6 +120,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
             steps: self.events - self.progress.done,
             way: self.progress.way,
             at_start: self.progress.at_start(),
+            brakes_to_rest: self.profile.brakes_to_rest(self.here()),
         }
     }
 
@@ -217,8 +231,6 @@ pub(crate) struct Aim {
     pub(crate) up: f32,
     pub(crate) down: f32,
     pub(crate) stop: f32,
-    /// Limit of the jerk along the path, mm/s³; 0 for none.
-    pub(crate) jerk: f32,
 }
 
 /// How far to go.
@@ -239,22 +251,22 @@ struct Path {
     /// Accelerations, steps/s².
     up: f32,
     down: f32,
-    /// The share of the accelerations that is used, above 0, at most 1; of the jerk the square of
-    /// this share is used. The distance becomes 1/share times as long.
+    /// The share of the accelerations that is used, above 0, at most 1. The distance becomes
+    /// 1/share times as long.
     share: f32,
 }
 
 impl<const MOTORS: usize> Running<MOTORS> {
-    /// Makes the profile from here on.
+    /// The profile from here on, without a jerk limit.
     ///
     /// A move may become the first one of a curve while it runs. Then the curve's acceleration
     /// across the path may leave too little for braking to the speed at its end. The profile in
     /// force stays where it ends no faster.
-    pub(crate) fn plan(&mut self, aim: Aim, timing: Timing) {
+    pub(crate) fn planned(&self, aim: Aim) -> Profile {
         let ends_here = self.profile.end() == self.events - aim.steps_after;
         let is_kept = ends_here && self.exit_v2() <= aim.exit_v2 && !self.progress.at_start();
         if is_kept && self.missed(aim).is_some() {
-            return;
+            return self.profile;
         }
         let entry_v2 = self.profile.speed_v2(self.progress.here());
         let path = match aim.goal {
@@ -264,14 +276,19 @@ impl<const MOTORS: usize> Running<MOTORS> {
         let plan = Plan {
             start: self.progress.here(),
             end: path.end,
+            beyond: 0.0,
             entry_v2,
             cruise: path.cruise,
             exit_v2: path.exit_v2,
             up: path.up * path.share,
             down: path.down * path.share,
         };
-        let jerk = aim.jerk * self.steps_per_mm * path.share * path.share;
-        self.profile.change(&plan, jerk);
+        Profile::Trapezoid(Trapezoid::new(&plan))
+    }
+
+    /// Puts a profile in force.
+    pub(crate) fn follow(&mut self, profile: Profile, timing: Timing) {
+        self.profile = profile;
         let (interval, rest) = divide_twice(timing.hz, self.profile.cruise());
         self.cruise_interval = bits(interval).saturating_add_signed(if rest < 0.0 {
             -(bits(-rest) as i64)
@@ -309,7 +326,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         let left = self.progress.here().before(self.events - aim.steps_after);
         let slowest = entry_v2 - 2.0 * aim.down * per_mm * left;
         let excess = slowest - aim.exit_v2 * per_mm * per_mm;
-        (aim.jerk <= 0.0 && excess > ROUNDING * entry_v2).then_some(slowest)
+        (excess > ROUNDING * entry_v2).then_some(slowest)
     }
 
     /// The shortest stop that ends on a whole step. It begins at once. Its length is rounded up to
@@ -318,11 +335,11 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// A stop within a single step is made as fast as possible: at a speed near 0 the step would
     /// never end.
     fn stop(&self, entry_v2: f32, aim: Aim) -> Path {
-        let (distance, left) = (
-            self.stop_distance(entry_v2, aim),
+        let (down, left) = (
+            aim.stop * self.steps_per_mm,
             self.events - self.progress.done,
         );
-        let down = aim.stop * self.steps_per_mm;
+        let distance = entry_v2 / (2.0 * down) * (1.0 - 0.5 * ROUNDING);
         let steps = round_up(distance + self.progress.way).max(1);
         if steps > left && aim.exit_v2 > 0.0 {
             let path = self.to_end(aim);
@@ -342,11 +359,10 @@ impl<const MOTORS: usize> Running<MOTORS> {
             down,
             share: 1.0,
         };
-        let (_, changing) = self.profile.motion(self.progress.here());
         if steps == 1 {
             let cruise = aim.nominal * self.steps_per_mm;
             Path { cruise, ..stop }
-        } else if steps > left || changing != 0.0 {
+        } else if steps > left {
             stop
         } else {
             let share = distance / (steps as f32 - self.progress.way) * (1.0 + ROUNDING);
@@ -355,16 +371,6 @@ impl<const MOTORS: usize> Running<MOTORS> {
                 ..stop
             }
         }
-    }
-
-    /// The length of the shortest stop, steps; in general not a whole number.
-    fn stop_distance(&self, entry_v2: f32, aim: Aim) -> f32 {
-        let [jerk, down] = [aim.jerk, aim.stop].map(|per_mm| per_mm * self.steps_per_mm);
-        if jerk > 0.0 {
-            let (speed, acceleration) = self.profile.motion(self.progress.here());
-            return SCurve::stop(speed, acceleration, down, jerk);
-        }
-        entry_v2 / (2.0 * down) * (1.0 - 0.5 * ROUNDING)
     }
 }
 

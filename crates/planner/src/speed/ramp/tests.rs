@@ -81,29 +81,6 @@ proptest! {
     }
 }
 
-proptest! {
-    /// From any speed, to any speed that the gain allows.
-    #[test]
-    fn a_move_is_long_enough_for_the_braking_that_is_counted_on(
-        fastest in ten_to(0.5..5.5), events in ten_to(0.0..5.0), limits in limits(),
-        entry in 0.0f32..=1.0, share in 0.0f32..=1.0,
-    ) {
-        let gain = braking(fastest, events, limits);
-        let v0 = entry * fastest;
-        let v1 = (v0 * v0 - share * gain).max(0.0).sqrt();
-        prop_assert!(length(v0, v1, limits) <= events * 1.000_01, "{} to {}: {}", v0, v1, length(v0, v1, limits));
-    }
-
-    #[test]
-    fn a_long_move_brakes_almost_as_much_as_it_could(fastest in ten_to(0.5..5.5), limits in limits(), share in 0.01f32..0.3) {
-        let change = share * fastest;
-        let events = length(fastest, fastest - change, limits);
-        let due = change * (2.0 * fastest - change);
-        let gain = braking(fastest, events, limits);
-        prop_assert!(gain <= due * 1.000_01 && gain >= 0.95 * due, "{} {}", gain, due);
-    }
-}
-
 #[test]
 fn a_small_change_never_reaches_the_acceleration() {
     let limits = Limits {
