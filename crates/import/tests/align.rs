@@ -100,6 +100,8 @@ fn what_would_change_its_meaning_is_refused_with_its_place() {
         ("G18", 1, "plane"),
         ("G0 X0 Y0\nG54\nG55", 1, "other work coordinates"),
         ("G21 G90\nG0 X1 Y1\nG0 Z5 G55", 7, "other work coordinates"),
+        ("G90\nG0 X1 Y1 X2", 10, "twice"),
+        ("G53 G0 Z0 Z1", 11, "twice"),
         ("G92 X0 Y0", 1, "not turned"),
         ("G10 L20 P1 X0", 1, "not turned"),
         ("G90.1", 1, "G91.1"),

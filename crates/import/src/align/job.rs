@@ -1,6 +1,7 @@
 //! Rewrites a job with X, Y, I and J turned.
 
 use super::fit::{Fit, Place};
+use crate::gcode_text::each_once;
 use crate::{Fault, Faults, Job};
 use leadscrew_gcode::{words, Letter, Number, Word};
 
@@ -71,6 +72,7 @@ impl<'a> Turner<'a> {
         }
         let found: Result<Vec<Word>, _> = words(line.as_bytes()).collect();
         let found = found.map_err(|error| (error.column + 1, error.kind.to_string()))?;
+        each_once(&found)?;
         let is_machine = self.modes(&found)?;
         if is_machine {
             return Ok(line.to_owned());
