@@ -33,6 +33,7 @@ mod wrong;
 pub use format::{Digits, Known, Units, Zeros};
 pub use shape::{Arc, Centre, Cut, Route, Shape};
 pub use tool::Tool;
+pub(crate) use tool::MOST_OF_MACHINES;
 
 use crate::Faults;
 use reader::Reader;
