@@ -20,6 +20,7 @@
 mod bend;
 mod comment;
 mod evidence;
+mod fact;
 mod format;
 mod header;
 mod program;
