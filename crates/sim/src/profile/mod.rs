@@ -412,7 +412,7 @@ impl Profile {
         }
         match profile.refused_setting() {
             None => Ok(profile),
-            Some((named, what)) => Err(Wrong::at(file, text, named.at, named.key, what.to_owned())),
+            Some((named, what)) => Err(Wrong::at(file, text, named.at, named.key, what)),
         }
     }
 }
@@ -536,6 +536,12 @@ mod tests {
             ("[axes.x]\nlimits = 5", "router.toml:2: axes.x.limits: invalid type: integer `5`, expected a table"),
             ("[drill]\ndepth_mm = 3", "router.toml:1: drill: expected `depth_mm` below 0"),
             ("[drill]\ndepth_mm = -1\nclearance_mm = -2", "router.toml:1: drill: expected `depth_mm` below `clearance_mm`"),
+            ("[laser]\nlead_us = 99999", "router.toml:2: laser.lead_us: The value is out of range: expected 0 to 1000 us"),
+            ("[motors]\nstep_pulse_us = 1000", "router.toml:2: motors.step_pulse_us: The value is out of range: expected 1 to 255 us"),
+            ("[settings]\n\"$2\" = 256", "router.toml:2: settings.$2: The value is out of range: expected 0 to 255"),
+            ("[path]\narc_tolerance_mm = 0", "router.toml:2: path.arc_tolerance_mm: The value is out of range: expected more than 0 mm"),
+            ("[spindle]\nmax_rpm = -1", "router.toml:2: spindle.max_rpm: The value may not be negative: expected 0 or more 1/min"),
+            ("[homing]\nsecond_motor_offset_mm = 50000", "router.toml:2: homing.second_motor_offset_mm: The value is out of range: expected -25 to 25 mm"),
             ("[tool_change]\nshown = \"t\"", "router.toml:2: tool_change.shown: unknown variant `t`, expected `hold` or `tool`"),
         ];
         for (text, expected) in table {
