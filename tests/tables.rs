@@ -4,15 +4,61 @@
 //! After a change that is meant, `BLESS=1 cargo test -p leadscrew-tests tables` writes the
 //! documents anew.
 
+use leadscrew_machine::extension::{Extension, OwnCode};
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::status::Status;
 use leadscrew_machine::settings::group::Group;
 use leadscrew_machine::settings::table::{AxisSetting, Kind, Row, Setting};
 use leadscrew_planner::Cartesian;
+use leadscrew_sim::own::{Own, OwnPins};
+use leadscrew_sim::profile::Profile;
 use leadscrew_sim::Memory;
 use leadscrew_tests::{setup, Session};
 use std::fs;
 use std::path::{Path, PathBuf};
+
+/// A machine with every extension.
+const EVERYTHING: &str = "
+[heaters.nozzle]
+sensor = \"ad595\"
+[outputs]
+count = 8
+[tool_change]
+[tool_switches]
+lower = 0
+upper = 10
+rate_mm_min = 100
+most_mm = 20
+";
+
+/// All extensions, as the simulator composes them.
+fn extensions() -> Own<3> {
+    let profile = Profile::parse(Path::new("all.toml"), EVERYTHING).unwrap();
+    profile.extension(profile.outputs.config(), None, OwnPins::default())
+}
+
+/// Number, text and explanation of each code, by rising number.
+type Codes = Vec<(u8, &'static str, &'static str)>;
+
+fn with_own(mut codes: Codes, own: impl Iterator<Item = &'static OwnCode>) -> Codes {
+    codes.extend(own.map(|code| (code.number, code.text, code.explanation)));
+    codes.sort_by_key(|code| code.0);
+    codes
+}
+
+/// The errors of the machine and of its extensions.
+fn errors() -> Codes {
+    let errors = Status::ALL.iter();
+    let errors = errors.map(|code| (code.number(), code.text(), code.explanation()));
+    with_own(errors.collect(), extensions().errors())
+}
+
+/// The alarms of the machine and of its extensions.
+fn alarms() -> Codes {
+    let alarms = Alarm::ALL.iter();
+    let alarms = alarms.map(|code| (code.number(), code.text(), code.explanation()));
+    with_own(alarms.collect(), extensions().alarms())
+}
 
 /// All rows of the table, by rising number.
 fn rows() -> Vec<Row> {
@@ -52,31 +98,42 @@ fn default(row: &Row) -> String {
 fn settings_page() -> String {
     let mut page = String::from(SETTINGS_HEAD);
     for group in Group::ALL {
-        page.push_str(&format!(
-            "\n## {}\n\n| setting | name | unit | values | new machine | what it does |\n|---|---|---|---|---|---|\n",
-            group.name()
-        ));
+        page.push_str(&format!("\n## {}\n{COLUMNS}", group.name()));
         for row in rows().iter().filter(|row| row.group == group) {
-            let Row {
-                number,
-                name,
-                unit,
-                description,
-                kind,
-                ..
-            } = row;
-            let number = match is_axis(row) {
+            let number = row.number;
+            let numbers = match is_axis(row) {
                 true => format!("`${number}` X, `${}` Y, `${}` Z", number + 1, number + 2),
                 false => format!("`${number}`"),
             };
-            page.push_str(&format!(
-                "| {number} | {name} | {unit} | {} | {} | {description} |\n",
-                values(*kind),
-                default(row)
-            ));
+            page.push_str(&line(&numbers, row.name, row));
         }
     }
+    page.push_str(&format!("{OWN_HEAD}{COLUMNS}"));
+    let own: Vec<Row> = extensions().settings().copied().collect();
+    for alike in own.chunk_by(|one, next| one.description == next.description) {
+        let [first, .., last] = alike else {
+            let row = &alike[0];
+            page.push_str(&line(&format!("`${}`", row.number), row.name, row));
+            continue;
+        };
+        let numbers = format!("`${}` to `${}`", first.number, last.number);
+        let names = format!("{} to {}", first.name, last.name);
+        page.push_str(&line(&numbers, &names, first));
+    }
     page
+}
+
+/// The head of a table of settings.
+const COLUMNS: &str =
+    "\n| setting | name | unit | values | new machine | what it does |\n|---|---|---|---|---|---|\n";
+
+/// A line of a table of settings.
+fn line(numbers: &str, name: &str, row: &Row) -> String {
+    let Row {
+        unit, description, ..
+    } = row;
+    let (values, default) = (values(row.kind), default(row));
+    format!("| {numbers} | {name} | {unit} | {values} | {default} | {description} |\n")
 }
 
 const SETTINGS_HEAD: &str = "# Settings
@@ -96,7 +153,13 @@ Made of the table in `crates/settings/src/table.rs` by `BLESS=1 cargo test -p le
 
 A machine file or a board may bring values of its own for a new machine. All of these lines, but `$n=v` and `$RST=$`, are answered at rest, while jogging, in
 check mode and in an alarm; in motion they are `error:8`, as `$$` is in Grbl. Whole numbers lose their fraction. For senders that want files:
-[csv/](csv) has errors, alarms and settings in the form of Universal Gcode Sender.
+[csv/](csv) has errors, alarms and settings, with those of extensions, in the form of Universal Gcode Sender.
+";
+
+const OWN_HEAD: &str = "
+## Tool change
+
+A machine has these where its file has [`[tool_change]`](machine-file.md). Senders show them with spindle and laser.
 ";
 
 fn quoted(fields: &[&str]) -> String {
@@ -135,29 +198,25 @@ fn settings_csv() -> String {
             ]));
         }
     }
+    for row in extensions().settings() {
+        let number = row.number.to_string();
+        csv.push_str(&quoted(&[&number, row.name, row.unit, row.description]));
+    }
     csv
 }
 
 fn documents() -> [(PathBuf, String); 4] {
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
-    let errors: Vec<_> = Status::ALL
-        .iter()
-        .map(|code| (code.number(), code.text(), code.explanation()))
-        .collect();
-    let alarms: Vec<_> = Alarm::ALL
-        .iter()
-        .map(|code| (code.number(), code.text(), code.explanation()))
-        .collect();
     [
         (docs.join("settings.md"), settings_page()),
         (docs.join("csv/setting_codes_en_US.csv"), settings_csv()),
         (
             docs.join("csv/error_codes_en_US.csv"),
-            code_csv("Error", &errors),
+            code_csv("Error", &errors()),
         ),
         (
             docs.join("csv/alarm_codes_en_US.csv"),
-            code_csv("Alarm", &alarms),
+            code_csv("Alarm", &alarms()),
         ),
     ]
 }
@@ -170,6 +229,31 @@ fn the_documents_say_what_the_tables_say() {
         }
         let there = fs::read_to_string(&path).unwrap_or_default();
         assert!(there == text, "{} is out of date", path.display());
+    }
+}
+
+/// The words of heaters, tool change and tool switches are in the documents too.
+#[test]
+fn the_documents_have_what_extensions_add() {
+    let [settings, setting_codes, error_codes, alarm_codes] = documents().map(|(_, text)| text);
+    let own = extensions();
+    for number in own.settings().map(|row| row.number) {
+        assert!(setting_codes.contains(&format!("\n\"{number}\",")));
+    }
+    for number in [860, 861, 862, 881] {
+        assert!(settings.contains(&format!("\n| `${number}` ")), "${number}");
+    }
+    for number in [220, 221, 222] {
+        assert!(
+            error_codes.contains(&format!("\n\"{number}\",")),
+            "{number}"
+        );
+    }
+    for number in [220, 221, 222, 223, 224, 225, 230] {
+        assert!(
+            alarm_codes.contains(&format!("\n\"{number}\",")),
+            "{number}"
+        );
     }
 }
 

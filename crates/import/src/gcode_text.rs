@@ -1,4 +1,6 @@
-//! Writing lines of G-code.
+//! Reading and writing lines of G-code.
+
+use leadscrew_gcode::{Letter, Word};
 
 /// Sets mm, absolute coordinates, mm/min and the XY plane: a job must not depend on the modes
 /// before it.
@@ -16,6 +18,26 @@ pub(crate) fn comment(text: &str) -> String {
     };
     let text: String = text.trim().chars().map(harmless).collect();
     format!("({text})")
+}
+
+/// The mistake in a line that has a letter twice, and its column, from 1: only one of the two would
+/// count. A line may have several G and M words.
+///
+/// # Errors
+/// The first word that stands a second time.
+pub(crate) fn each_once(words: &[Word]) -> Result<(), (usize, String)> {
+    for (index, word) in words.iter().enumerate() {
+        let is_same = |before: &Word| before.letter() == word.letter();
+        let may_repeat = matches!(word.letter(), Letter::G | Letter::M);
+        if !may_repeat && words.iter().take(index).any(is_same) {
+            let letter = word.letter();
+            return Err((
+                word.column() + 1,
+                format!("{word}: {letter} stands twice in this line"),
+            ));
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 //! are translated. Commands that only tune a printer are dropped, with a note. Any other command is
 //! a fault.
 
-use crate::gcode_text::comment;
+use crate::gcode_text::{comment, each_once};
 use crate::{Fault, Faults, Job, Mm};
 use leadscrew_gcode::{parse, Letter, Number, Word};
 use std::collections::BTreeMap;
@@ -122,7 +122,7 @@ impl Printer {
                 understood(text, column, &[])?;
                 self.lines.push("M0".to_owned());
             }
-            Fate::Pause => return self.pause(text),
+            Fate::Pause => return self.pause(text, column),
             Fate::Home => return self.home(behind, start + code.len()),
             Fate::Message => self.lines.push(comment(behind)),
             Fate::Wait => self.lines.push("G4 P0".to_owned()),
@@ -146,17 +146,24 @@ impl Printer {
         self.lines.push(shown.join(" "));
     }
 
-    /// Writes a pause: `G4 P500` (ms) and `G4 S2` (s) both become `G4 P` in seconds.
-    fn pause(&mut self, text: &str) -> Result<(), Wrong> {
+    /// Writes a pause: `G4 P500` (ms) and `G4 S2` (s) both become `G4 P` in seconds. `column` is
+    /// that of the command, from 1.
+    fn pause(&mut self, text: &str, column: usize) -> Result<(), Wrong> {
         let words = words(text)?;
-        let seconds = match words.as_slice() {
-            [_, word] if word.letter() == Letter::S => Some(word.value()),
-            [_, word] if word.letter() == Letter::P => thousandth(word.value()),
+        let expected = || (column, "expected G4 P (ms) or G4 S (s)".to_owned());
+        let [_, word] = words.as_slice() else {
+            return Err(expected());
+        };
+        let seconds = match word.letter() {
+            Letter::S => Some(word.value()),
+            Letter::P => thousandth(word.value()),
             _ => None,
         };
-        let Some(seconds) = seconds else {
-            return Err((1, "expected G4 P (ms) or G4 S (s)".to_owned()));
-        };
+        let seconds = seconds.ok_or_else(expected)?;
+        if seconds.nanos() < 0 {
+            let message = format!("{word}: a pause is not less than 0");
+            return Err((word.column() + 1, message));
+        }
         self.lines.push(format!("G4 P{seconds}"));
         Ok(())
     }
@@ -168,11 +175,18 @@ impl Printer {
             let mut bytes = axis.bytes();
             let letter = bytes.next().map_or(b' ', |byte| byte.to_ascii_uppercase());
             let is_number = bytes.all(|b| b.is_ascii_digit() || b == b'.');
+            let column = offset + (axis.as_ptr() as usize - axes.as_ptr() as usize) + 1;
             if !b"XYZ".contains(&letter) || !is_number {
-                let column = offset + (axis.as_ptr() as usize - axes.as_ptr() as usize) + 1;
                 return Err((column, format!("{axis} is not understood with G28")));
             }
-            letters.push(char::from(letter));
+            let letter = char::from(letter);
+            if letters.contains(&letter) {
+                return Err((
+                    column,
+                    format!("{axis}: {letter} stands twice in this line"),
+                ));
+            }
+            letters.push(letter);
         }
         // `$H` is refused while the machine moves; a pause waits for the end of motion.
         if std::mem::take(&mut self.moves) {
@@ -274,6 +288,7 @@ fn understood(text: &str, column: usize, letters: &[Letter]) -> Result<Vec<Word>
             format!("{word} is not understood with {command}"),
         ));
     }
+    each_once(&words)?;
     Ok(words)
 }
 
@@ -425,5 +440,24 @@ mod tests {
         assert_eq!(places[..3], [(1, 1), (2, 7), (3, 3)]);
         assert_eq!(faults.len(), 8);
         assert_eq!((faults[7].line, faults[7].column), (8, 2));
+    }
+
+    #[test]
+    fn a_pause_below_zero_and_a_word_that_stands_twice_are_refused() {
+        for (text, column) in [
+            ("G4 P-5", 4),
+            (" G4 S-1", 5),
+            ("G1 X1 X2 F1000", 7),
+            ("N4 M109 S200 S300", 14),
+            ("G92 E0 E1", 8),
+            ("G28 X0 Y x", 10),
+            ("G4 P1 P2", 1),
+            ("  G4", 3),
+        ] {
+            let Faults(faults) = job(text, &Options::default()).unwrap_err();
+            assert_eq!(faults.len(), 1, "{text}");
+            assert_eq!((faults[0].line, faults[0].column), (1, column), "{text}");
+        }
+        assert_eq!(made("G4 P0"), ["G4 P0"]);
     }
 }

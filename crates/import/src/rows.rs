@@ -103,8 +103,19 @@ fn leg(way: Point, is_down: bool) -> Option<String> {
     (!words.is_empty()).then(|| format!("{code}{}", words.concat()))
 }
 
-/// The positions of X, Y and burn in a row.
-type Columns = [usize; 3];
+/// The mistake in a line, and its column, from 1.
+type Wrong = (usize, String);
+
+/// The columns of the rows.
+#[derive(Clone, Copy)]
+struct Table {
+    /// The positions of X, Y and burn in a row.
+    columns: [usize; 3],
+    /// The most columns of a row.
+    count: usize,
+    /// Whether a first line names the columns.
+    is_named: bool,
+}
 
 fn rows(text: &str, scale: Mm) -> Result<Vec<Row>, Faults> {
     let mut lines = text
@@ -112,21 +123,19 @@ fn rows(text: &str, scale: Mm) -> Result<Vec<Row>, Faults> {
         .enumerate()
         .filter(|(_, line)| !line.trim().is_empty())
         .peekable();
-    let named = lines.peek().and_then(|(_, line)| names(line));
-    if named.is_some() {
-        lines.next();
-    }
-    let columns = named.unwrap_or([0, 1, 2]);
     let (mut rows, mut faults) = (Vec::new(), Vec::new());
+    let mut table = Table::UNNAMED;
+    if let Some((index, named)) = lines.peek().and_then(|(i, line)| Some((*i, names(line)?))) {
+        lines.next();
+        match named {
+            Ok(named) => table = named,
+            Err((column, message)) => {
+                return Err(Faults(vec![Fault::new(index + 1, column, message)]))
+            }
+        }
+    }
     for (index, line) in lines {
-        let fields = fields(line);
-        let is_wrong = named.is_none() && fields.len() != columns.len();
-        let row = if is_wrong {
-            Err((1, "expected X, Y and burn".to_owned()))
-        } else {
-            row(&fields, columns, scale)
-        };
-        match row {
+        match table.row(&fields(line), scale) {
             Ok(row) => rows.push(row),
             Err((column, message)) => faults.push(Fault::new(index + 1, column, message)),
         }
@@ -139,21 +148,55 @@ fn rows(text: &str, scale: Mm) -> Result<Vec<Row>, Faults> {
 }
 
 /// The columns that a first line names; `None` if it is a row already.
-fn names(line: &str) -> Option<Columns> {
+fn names(line: &str) -> Option<Result<Table, Wrong>> {
     let fields = fields(line);
-    let find = |names: [&str; 2]| {
-        fields
+    let mut doubled = None;
+    let mut find = |names: [&str; 2]| {
+        let mut found = fields
             .iter()
-            .position(|(_, field)| names.contains(&field.to_ascii_lowercase().as_str()))
+            .enumerate()
+            .filter(|(_, (_, field))| names.contains(&field.to_ascii_lowercase().as_str()));
+        let (position, _) = found.next()?;
+        doubled = doubled.or(found.next().map(|(_, field)| *field));
+        Some(position)
     };
-    Some([
+    let columns = [
         find(["dx", "x"])?,
         find(["dy", "y"])?,
         find(["engrave", "burn"])?,
-    ])
+    ];
+    Some(match doubled {
+        Some((column, name)) => Err((column, format!("{name}: another column has this meaning"))),
+        None => Ok(Table {
+            columns,
+            count: fields.len(),
+            is_named: true,
+        }),
+    })
 }
 
-fn row(fields: &[(usize, &str)], columns: Columns, scale: Mm) -> Result<Row, (usize, String)> {
+impl Table {
+    /// X, Y and burn.
+    const UNNAMED: Self = Self {
+        columns: [0, 1, 2],
+        count: 3,
+        is_named: false,
+    };
+
+    /// Reads a row. A row of more columns is refused: a comma may be meant as a decimal point.
+    fn row(&self, fields: &[(usize, &str)], scale: Mm) -> Result<Row, Wrong> {
+        match fields.get(self.count) {
+            Some((column, _)) if self.is_named => Err((
+                *column,
+                "a column more than the first line names; decimals have a point".to_owned(),
+            )),
+            None if self.is_named || fields.len() == self.count => row(fields, self.columns, scale),
+            Some(_) | None => Err((1, "expected X, Y and burn".to_owned())),
+        }
+    }
+}
+
+fn row(fields: &[(usize, &str)], columns: [usize; 3], scale: Mm) -> Result<Row, Wrong> {
     let [x, y, burn] = columns.map(|column| fields.get(column).copied());
     let missing = || (1, "a column is missing".to_owned());
     let (x, y, burn) = (
@@ -257,5 +300,23 @@ mod tests {
             .map(|fault| (fault.line, fault.column))
             .collect();
         assert_eq!(places, [(1, 5), (2, 3), (3, 1), (4, 3)]);
+    }
+
+    #[test]
+    fn a_row_of_more_columns_than_named_and_a_doubled_name_are_refused() {
+        let places = |text| {
+            let Faults(faults) = job(text, &options("1")).unwrap_err();
+            let places = faults.iter().map(|fault| (fault.line, fault.column));
+            places.collect::<Vec<_>>()
+        };
+        assert_eq!(
+            places("dx;dy;burn\n1;5;1\n1,5;0,5;1\n"),
+            [(3, 7)],
+            "a comma is no decimal point"
+        );
+        assert_eq!(places("\ndx,note,dy,X,burn\n1,,2,3,1\n"), [(2, 12)]);
+        assert_eq!(places("burn x y burn\n1 2 3 4\n"), [(1, 10)]);
+        let lines = made("note,dx,dy,burn,note\n,1,2,0,\n", "1");
+        assert_eq!(lines, ["G0 X1 Y2"], "other columns are ignored");
     }
 }

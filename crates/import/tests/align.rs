@@ -99,6 +99,9 @@ fn what_would_change_its_meaning_is_refused_with_its_place() {
         ("G0 X1 Y1\nG28\nG0 X2", 4, "where Y is"),
         ("G18", 1, "plane"),
         ("G0 X0 Y0\nG54\nG55", 1, "other work coordinates"),
+        ("G21 G90\nG0 X1 Y1\nG0 Z5 G55", 7, "other work coordinates"),
+        ("G90\nG0 X1 Y1 X2", 10, "twice"),
+        ("G53 G0 Z0 Z1", 11, "twice"),
         ("G92 X0 Y0", 1, "not turned"),
         ("G10 L20 P1 X0", 1, "not turned"),
         ("G90.1", 1, "G91.1"),
@@ -198,4 +201,16 @@ proptest! {
             }
         }
     }
+}
+
+#[test]
+fn a_job_may_name_its_work_coordinates_before_its_places() {
+    let text = "G21 G90\nG0 Z5\nG55 G0 X3 Y4\nG55\nX5";
+    let wanted = "G21 G90\nG0 Z5\nG55 G0 X6 Y23\nG55\nX6 Y25";
+    assert_eq!(turned(text, &quarter()).join("\n"), wanted);
+    let text = "G0 X3 Y4\nG54\nX5";
+    assert_eq!(
+        turned(text, &quarter()).join("\n"),
+        "G0 X6 Y23\nG54\nX6 Y25"
+    );
 }

@@ -1,7 +1,7 @@
 //! Excellon files of several programs: each file of `drl/` is compared with the way a person reads
 //! it.
 
-use leadscrew_import::excellon::{read, Drawing, Known, Shape};
+use leadscrew_import::excellon::{read, Drawing, Known, Shape, Units};
 use leadscrew_import::Point;
 use std::path::Path;
 
@@ -271,6 +271,77 @@ fn what_is_not_understood_is_named_with_its_place() {
         assert_eq!((*at, *from), (7, column), "{line}: {message}");
         assert!(message.contains(part), "{line}: {message}");
     }
+}
+
+#[test]
+fn commands_of_a_header_do_not_contradict_each_other() {
+    let file = |head: &str| format!("M48\n{head}\nT1C0.8\n%\nT1\nX1.0Y1.0\nM30\n");
+    for (head, column, part) in [
+        (
+            "INCH\nMETRIC",
+            1,
+            "mm contradicts line 2, which says inch; --units",
+        ),
+        ("METRIC,TZ\nT2C1.0\nM72", 1, "inch contradicts line 2"),
+        ("M71\n\nINCH", 1, "inch contradicts line 2"),
+        (
+            "METRIC,LZ\nMETRIC,TZ",
+            8,
+            "TZ contradicts line 2, which says LZ; --zeros",
+        ),
+        ("METRIC\nMETRIC,LZ,TZ", 8, "TZ contradicts line 3"),
+        (
+            "METRIC,00.00\nMETRIC,000.000",
+            8,
+            "3.3 contradicts line 2, which says 2.2; --format",
+        ),
+    ] {
+        let found = faults(&file(head));
+        let line = head.lines().count() as u32 + 1;
+        assert_eq!(found.len(), 1, "{head}: {found:?}");
+        assert_eq!((found[0].0, found[0].1), (line, column), "{head}");
+        assert!(found[0].2.contains(part), "{head}: {found:?}");
+    }
+    for head in ["METRIC\nMETRIC,TZ\nM71", "; FORMAT={3:3/ metric}\nMETRIC"] {
+        let drawing = read(&file(head), &Known::default()).unwrap();
+        assert_eq!(drawing.notes, [""; 0], "{head}");
+    }
+    // The user decides.
+    let known = Known {
+        units: Some(Units::Mm),
+        ..Known::default()
+    };
+    assert_eq!(read(&file("INCH\nMETRIC"), &known).unwrap().notes, [""; 0]);
+}
+
+#[test]
+fn a_command_counts_more_than_a_comment_and_that_is_said() {
+    let inch = "; FORMAT={2:4/ absolute / inch / suppress leading zeros}";
+    for (head, numbers) in [
+        (format!("{inch}\nMETRIC,TZ"), [2, 3]),
+        (format!("METRIC,TZ\n{inch}"), [3, 2]),
+    ] {
+        let text = format!("M48\n{head}\nT1C0.8\n%\nT1\nX1000Y2000\nM30\n");
+        let drawing = read(&text, &Known::default()).unwrap();
+        let hole = Point {
+            x: "1".parse().unwrap(),
+            y: "2".parse().unwrap(),
+        };
+        assert_eq!(drawing.hits[0].shape, Shape::Hole(hole), "{head}");
+        let [comment, command] = numbers;
+        let note = format!(
+            "the comment in line {comment} says inch, and the command in line {command} says mm: \
+             the command counts"
+        );
+        assert_eq!(drawing.notes[0], note);
+    }
+    let zeros = ";FILE_FORMAT=2:5\nINCH,LZ,00.0000\nT1C.03\n%\nT1\nX010000Y020000\nM30\n";
+    let drawing = read(zeros, &Known::default()).unwrap();
+    assert!(
+        drawing.notes[0].contains("line 1 says 2.5"),
+        "{:?}",
+        drawing.notes
+    );
 }
 
 #[test]

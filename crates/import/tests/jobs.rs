@@ -443,3 +443,34 @@ fn pecks_become_the_word_of_g83() {
         "{begun:?}"
     );
 }
+
+#[test]
+fn a_tool_whose_number_no_machine_takes_gets_another_one() {
+    let high = "M48\nMETRIC,TZ\nT255C1.0\n T300C0.8\nT7C2.0\n%\nT300\nX1.0Y1.0\nT7\nX2.0Y2.0\n\
+                T255\nX3.0Y3.0\nM30\n";
+    let job = lines(&[high], &options()).join("\n");
+    assert!(!job.contains("T300"), "{job}");
+    assert!(job.contains("T1 M6 (T1 0.8 mm"), "{job}");
+    assert!(job.contains("T255 M6") && job.contains("T7 M6"), "{job}");
+    assert!(notes(&[high], &options()).contains("T300 is T1 of the job"));
+    let said = drawing(high).notes.join("\n");
+    assert!(said.contains("line 4, column 2: "), "{said}");
+    // Without a list of diameters too.
+    let bare = "T1\nX1.0Y1.0\nT256\nX2.0Y2.0\nT1\nX3.0Y3.0\nT256\nX4.0Y4.0\nM30\n";
+    let said = drawing(bare).notes.join("\n");
+    assert_eq!(said.matches("line 3, column 1: ").count(), 1, "{said}");
+    assert!(lines(&[bare], &options()).join("\n").contains("T2 M6"));
+    let tools = |prefix: &str, end: &str| -> String {
+        let one = |tool: u32| format!("T{tool}{}\n", end.replace('#', &tool.to_string()));
+        (1..=256)
+            .map(one)
+            .fold(prefix.to_owned(), |all, one| all + &one)
+    };
+    let many = format!(
+        "{}%\n{}M30\n",
+        tools("M48\nMETRIC\n", "C#.0"),
+        tools("", "\nX1.0Y1.0")
+    );
+    let refused = jobs(&[drawing(&many)], &options(), &SPEEDS).unwrap_err();
+    assert!(refused.contains("more than 255 tools"), "{refused}");
+}

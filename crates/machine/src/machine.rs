@@ -386,6 +386,13 @@ where
                 .as_ref()
                 .is_some_and(DoorCycle::can_advance)
                 && resting
+            // A move of no length never begins: no interrupt announces its end.
+            || self
+                .activity
+                .switch_cycle
+                .as_ref()
+                .is_some_and(|cycle| cycle.settles_at().is_none())
+                && resting
     }
 }
 

@@ -223,3 +223,21 @@ fn a_switch_stops_any_motion_or_motion_towards_it_or_none_as_the_file_says() {
     let there = report(&[&comes, "--machine", &homing]);
     assert_eq!(there["axes"]["x"]["position_mm"], -4.0);
 }
+
+#[test]
+fn homing_without_a_way_to_go_ends_by_itself() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", "$H\nG21 G90\nG0 X-1\n");
+    let axes = ["x", "y", "z"].map(|axis| format!("[axes.{axis}]\nhome = \"zero\"\n"));
+    let zero = format!("[homing]\non = true\n{}", axes.concat());
+    let zero = folder.file("zero.toml", zero);
+    let there = report(&[&job, "--machine", &zero]);
+    assert_eq!(there["axes"]["x"]["position_mm"], -1.0);
+    // With no way off the switches, homing fails at the first of them.
+    let router = folder.path("router.toml");
+    let router = router.to_str().unwrap();
+    leadscrew(&["machine", "new", "--like", "router", "-o", router]);
+    let output = leadscrew(&["run", &job, "--machine", router, "--set", "$27=0"]);
+    let said = stderr(&output);
+    assert!(said.contains("job.nc:1: ALARM:8"), "{said}");
+}

@@ -1,6 +1,7 @@
 //! Rewrites a job with X, Y, I and J turned.
 
 use super::fit::{Fit, Place};
+use crate::gcode_text::each_once;
 use crate::{Fault, Faults, Job};
 use leadscrew_gcode::{words, Letter, Number, Word};
 
@@ -29,6 +30,8 @@ pub fn job(text: &str, fit: &Fit) -> Result<Job, Faults> {
 
 type Wrong = (usize, String);
 
+/// The work coordinate system of a job that has chosen none.
+const DEFAULT_SYSTEM: Number = Number::from_int(54);
 /// Millimetres in an inch.
 const INCH: f64 = 25.4;
 
@@ -42,7 +45,7 @@ struct Turner<'a> {
     at: [Option<f64>; 2],
     /// The sum of the rounding errors of relative moves, mm; the next move makes up for it.
     owed: Place,
-    /// The work coordinate system that the job has chosen, such as `G54`.
+    /// The work coordinate system of the job's places, such as `G54`; `None` before the first.
     system: Option<Number>,
 }
 
@@ -69,6 +72,7 @@ impl<'a> Turner<'a> {
         }
         let found: Result<Vec<Word>, _> = words(line.as_bytes()).collect();
         let found = found.map_err(|error| (error.column + 1, error.kind.to_string()))?;
+        each_once(&found)?;
         let is_machine = self.modes(&found)?;
         if is_machine {
             return Ok(line.to_owned());
@@ -167,6 +171,7 @@ impl<'a> Turner<'a> {
         if words == [None; 2] {
             return Ok(None);
         }
+        self.system.get_or_insert(DEFAULT_SYSTEM);
         if self.is_relative {
             let way = words.map(|part| part.unwrap_or(0.0));
             for (at, way) in self.at.iter_mut().zip(way) {

@@ -1,7 +1,7 @@
 //! Joins the tools and holes of all files to one board.
 
 use super::{counted, Mirror, Options, Speeds};
-use crate::excellon::{Drawing, Shape, Tool};
+use crate::excellon::{Drawing, Shape, Tool, MOST_OF_MACHINES};
 use crate::{Mm, Point};
 
 /// A board: its bits in the order in which they are used.
@@ -32,7 +32,7 @@ impl Board {
     /// Joins the files.
     ///
     /// # Errors
-    /// Where the files have nothing to drill or mill.
+    /// Where the files have nothing to drill or mill, or more tools than a machine has numbers for.
     pub(super) fn new(
         files: &[Drawing],
         options: &Options,
@@ -48,7 +48,7 @@ impl Board {
                 let shapes: Vec<Shape> = hits.map(|hit| hit.shape.clone()).collect();
                 if !shapes.is_empty() {
                     let bit = board.bit(*number, tool, options, speeds);
-                    board.add(bit, shapes);
+                    board.add(bit, shapes)?;
                 }
             }
         }
@@ -146,7 +146,7 @@ impl Board {
 
     /// Adds shapes to their bit. Tools of one diameter share a bit, whatever their numbers in the
     /// files. The bit gets the slowest of their feeds and of their speeds.
-    fn add(&mut self, bit: Bit, shapes: Vec<Shape>) {
+    fn add(&mut self, bit: Bit, shapes: Vec<Shape>) -> Result<(), String> {
         let same = |group: &&mut Group| match bit.diameter {
             Some(_) => group.bit.diameter == bit.diameter,
             None => group.bit.diameter.is_none() && group.bit.number == bit.number,
@@ -155,26 +155,34 @@ impl Board {
             group.bit.feed = group.bit.feed.min(bit.feed);
             group.bit.speed = group.bit.speed.min(bit.speed);
             group.shapes.extend(shapes);
-            return;
+            return Ok(());
         }
-        let number = self.free_number(bit.number);
+        let number = self.free_number(bit.number)?;
         if number != bit.number {
-            self.notes.push(format!(
-                "T{} of another file is T{number} of the job",
-                bit.number
-            ));
+            let whose = match bit.number {
+                0..=MOST_OF_MACHINES => " of another file",
+                _ => "",
+            };
+            self.notes
+                .push(format!("T{}{whose} is T{number} of the job", bit.number));
         }
         let bit = Bit { number, ..bit };
         self.groups.push(Group { bit, shapes });
+        Ok(())
     }
 
-    fn free_number(&self, wanted: u32) -> u32 {
-        let is_taken = |number| self.groups.iter().any(|group| group.bit.number == number);
-        if !is_taken(wanted) {
-            return wanted;
-        }
-        let numbers = self.groups.iter().map(|group| group.bit.number);
-        numbers.max().map_or(wanted, |highest| highest + 1)
+    /// The number of a bit in the job: its own if it is free and machines take it, otherwise the
+    /// one above all others, or else the lowest free one.
+    fn free_number(&self, wanted: u32) -> Result<u32, String> {
+        let numbers = || self.groups.iter().map(|group| group.bit.number);
+        let above = numbers().max().map_or(1, |highest| highest + 1);
+        let may_be =
+            |number: &u32| *number <= MOST_OF_MACHINES && numbers().all(|taken| taken != *number);
+        [wanted, above]
+            .into_iter()
+            .chain(1..=MOST_OF_MACHINES)
+            .find(may_be)
+            .ok_or_else(|| format!("more than {MOST_OF_MACHINES} tools: no machine has so many"))
     }
 
     fn mirror(&mut self, axis: Mirror) {

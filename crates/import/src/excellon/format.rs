@@ -1,9 +1,11 @@
 //! How a file writes lengths: its unit, its digits, and which zeros are left out.
 
+use super::fact::{Fact, Place, Settled};
 use super::word::Word;
 use super::wrong::Wrong;
 use crate::decimal::{self, NANOS_PER_INCH, NANOS_PER_MM};
 use crate::Mm;
+use std::fmt;
 use std::str::FromStr;
 
 /// The unit of a file's lengths.
@@ -37,12 +39,14 @@ impl Units {
             },
         }
     }
+}
 
-    fn name(self) -> &'static str {
-        match self {
+impl fmt::Display for Units {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
             Self::Inch => "inch",
             Self::Mm => "mm",
-        }
+        })
     }
 }
 
@@ -53,6 +57,12 @@ pub struct Digits {
     pub whole: usize,
     /// The digits after the point.
     pub decimals: usize,
+}
+
+impl fmt::Display for Digits {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}.{}", self.whole, self.decimals)
+    }
 }
 
 impl FromStr for Digits {
@@ -77,7 +87,16 @@ pub enum Zeros {
     Trailing,
 }
 
-/// The facts that the user states about a file; they override the facts that the file states.
+impl fmt::Display for Zeros {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Leading => "LZ",
+            Self::Trailing => "TZ",
+        })
+    }
+}
+
+/// Facts about a file's numbers. Those that the user states override those that the file states.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Known {
     /// The unit.
@@ -93,7 +112,9 @@ pub struct Known {
 pub(super) struct Format {
     told: Known,
     /// The file's own statements.
-    pub(super) said: Known,
+    units: Option<Fact<Units>>,
+    digits: Option<Fact<Digits>>,
+    zeros: Option<Fact<Zeros>>,
     /// The fact that the numbers show, and the line of the first number that shows it.
     shown: Option<(Zeros, usize)>,
     /// Whether there was an `M48`: after it, a unit has to be given.
@@ -104,24 +125,51 @@ impl Format {
     pub(super) fn new(told: &Known, shown: Option<(Zeros, usize)>) -> Self {
         Self {
             told: *told,
-            said: Known::default(),
+            units: None,
+            digits: None,
+            zeros: None,
             shown,
             has_header: false,
         }
     }
 
-    /// Takes a unit from the file. If it differs from the unit before, the digits stated for that
-    /// unit no longer hold.
-    pub(super) fn set_units(&mut self, units: Units) {
-        if self.said.units.is_some_and(|before| before != units) {
-            self.said.digits = None;
+    /// Takes what one statement of the file says. If its unit differs from the unit before, the
+    /// digits stated for that unit no longer hold. If its unit does not count, neither do its
+    /// digits.
+    ///
+    /// # Errors
+    /// The statement contradicts another one, and neither counts more.
+    pub(super) fn take(
+        &mut self,
+        said: &Known,
+        at: Place,
+        notes: &mut Notes,
+    ) -> Result<(), String> {
+        let mut digits = said.digits;
+        if let Some(units) = said.units {
+            let before = self.units.map(|fact| fact.value);
+            let is_told = self.told.units.is_some();
+            let counts = keep(&mut self.units, units, at, "--units", is_told, notes)?;
+            if counts != units {
+                digits = None;
+            } else if before.is_some_and(|before| before != units) {
+                self.digits = None;
+            }
         }
-        self.said.units = Some(units);
+        if let Some(digits) = digits {
+            let is_told = self.told.digits.is_some();
+            keep(&mut self.digits, digits, at, "--format", is_told, notes)?;
+        }
+        if let Some(zeros) = said.zeros {
+            let is_told = self.told.zeros.is_some();
+            keep(&mut self.zeros, zeros, at, "--zeros", is_told, notes)?;
+        }
+        Ok(())
     }
 
     /// The unit of lengths. In a file without a header it is the inch, as in all such files.
     pub(super) fn units(&self, notes: &mut Notes) -> Result<Units, String> {
-        if let Some(units) = self.told.units.or(self.said.units) {
+        if let Some(units) = self.told.units.or(self.units.map(|fact| fact.value)) {
             return Ok(units);
         }
         if self.has_header {
@@ -149,22 +197,20 @@ impl Format {
         if digits.bytes().all(|byte| byte == b'0') {
             return Ok(Mm::ZERO);
         }
-        let format = self.digits(units, notes);
+        let format = self.digits_of(units, notes);
         let padded = self.padded(digits, format, notes)?;
         let (whole, decimals) = padded.split_at(format.whole);
         decimal::scaled(negative, whole, decimals, units.nanos())
     }
 
     /// How many digits stand before and after the point in numbers without one.
-    fn digits(&self, units: Units, notes: &mut Notes) -> Digits {
-        if let Some(digits) = self.told.digits.or(self.said.digits) {
+    fn digits_of(&self, units: Units, notes: &mut Notes) -> Digits {
+        if let Some(digits) = self.told.digits.or(self.digits.map(|fact| fact.value)) {
             return digits;
         }
         let digits = units.usual_digits();
-        let Digits { whole, decimals } = digits;
         notes.add(format!(
-            "numbers without a point are read as {whole}.{decimals} digits of {} (--format tells others)",
-            units.name()
+            "numbers without a point are read as {digits} digits of {units} (--format tells others)"
         ));
         digits
     }
@@ -173,15 +219,14 @@ impl Format {
     fn padded(&self, digits: &str, format: Digits, notes: &mut Notes) -> Result<String, String> {
         let (length, total) = (digits.len(), format.whole + format.decimals);
         if length > total {
-            let Digits { whole, decimals } = format;
             return Err(format!(
-                "has {length} digits where {whole}.{decimals} has room for {total}"
+                "has {length} digits where {format} has room for {total}"
             ));
         }
         if length == total {
             return Ok(digits.to_owned());
         }
-        match self.zeros(notes) {
+        match self.kept_zeros(notes) {
             Some(Zeros::Leading) => Ok(format!("{digits:0<total$}")),
             Some(Zeros::Trailing) => Ok(format!("{digits:0>total$}")),
             None => Err(format!(
@@ -190,8 +235,8 @@ impl Format {
         }
     }
 
-    fn zeros(&self, notes: &mut Notes) -> Option<Zeros> {
-        if let Some(zeros) = self.told.zeros.or(self.said.zeros) {
+    fn kept_zeros(&self, notes: &mut Notes) -> Option<Zeros> {
+        if let Some(zeros) = self.told.zeros.or(self.zeros.map(|fact| fact.value)) {
             return Some(zeros);
         }
         let (zeros, line) = self.shown?;
@@ -204,6 +249,26 @@ impl Format {
         ));
         Some(zeros)
     }
+}
+
+/// Takes a fact that the file states, and returns the one that counts. A fact that the user tells
+/// (`is_told`, by `option`) stands above all, so contradictions do not matter.
+///
+/// # Errors
+/// As [`Fact::behind`].
+fn keep<T: Copy + PartialEq + fmt::Display>(
+    kept: &mut Option<Fact<T>>,
+    value: T,
+    at: Place,
+    option: &str,
+    is_told: bool,
+    notes: &mut Notes,
+) -> Result<T, String> {
+    let before = kept.filter(|_| !is_told);
+    let Settled { fact, note } = Fact { value, at }.behind(before, option)?;
+    note.into_iter().for_each(|note| notes.add(note));
+    *kept = Some(fact);
+    Ok(fact.value)
 }
 
 /// Sentences for the user; each is kept only once.

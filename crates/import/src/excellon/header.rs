@@ -1,6 +1,7 @@
 //! Statements that consist of whole words: `METRIC,TZ`, `FMAT,2`, `ICI,OFF`.
 
-use super::format::{Digits, Units, Zeros};
+use super::fact::Source;
+use super::format::{Digits, Known, Units, Zeros};
 use super::reader::Reader;
 use super::wrong::Wrong;
 
@@ -18,8 +19,10 @@ impl Reader {
         let (name, value) = upper.split_once(',').unwrap_or((&upper, ""));
         let column = name.len() + 2;
         match (name.trim(), value.trim()) {
-            ("INCH" | "M72", value) => self.measure(Units::Inch, value, column),
-            ("METRIC" | "M71", value) => self.measure(Units::Mm, value, column),
+            ("INCH", value) => self.measure(Units::Inch, value, column, Source::Keyword),
+            ("METRIC", value) => self.measure(Units::Mm, value, column, Source::Keyword),
+            ("M72", value) => self.measure(Units::Inch, value, column, Source::Code),
+            ("M71", value) => self.measure(Units::Mm, value, column, Source::Code),
             ("ICI", "" | "ON") => {
                 self.now.is_incremental = true;
                 Ok(())
@@ -47,16 +50,38 @@ impl Reader {
     }
 
     /// Reads `INCH`, `METRIC,TZ` or `METRIC,LZ,000.000`.
-    fn measure(&mut self, units: Units, value: &str, column: usize) -> Result<(), Wrong> {
-        self.now.format.set_units(units);
+    fn measure(
+        &mut self,
+        units: Units,
+        value: &str,
+        column: usize,
+        source: Source,
+    ) -> Result<(), Wrong> {
+        self.unit(units, 1, source)?;
         for part in value.split(',').filter(|part| !part.is_empty()) {
+            let mut said = Known::default();
             match part.trim() {
-                "LZ" => self.now.format.said.zeros = Some(Zeros::Leading),
-                "TZ" => self.now.format.said.zeros = Some(Zeros::Trailing),
-                part => self.now.format.said.digits = Some(picture(part, column)?),
+                "LZ" => said.zeros = Some(Zeros::Leading),
+                "TZ" => said.zeros = Some(Zeros::Trailing),
+                part => said.digits = Some(picture(part, column)?),
             }
+            self.said(&said, column, source)?;
         }
         Ok(())
+    }
+
+    /// Takes the unit that a command at `column` names.
+    pub(super) fn unit(
+        &mut self,
+        units: Units,
+        column: usize,
+        source: Source,
+    ) -> Result<(), Wrong> {
+        let said = Known {
+            units: Some(units),
+            ..Known::default()
+        };
+        self.said(&said, column, source)
     }
 }
 

@@ -20,6 +20,7 @@
 mod bend;
 mod comment;
 mod evidence;
+mod fact;
 mod format;
 mod header;
 mod program;
@@ -33,6 +34,7 @@ mod wrong;
 pub use format::{Digits, Known, Units, Zeros};
 pub use shape::{Arc, Centre, Cut, Route, Shape};
 pub use tool::Tool;
+pub(crate) use tool::MOST_OF_MACHINES;
 
 use crate::Faults;
 use reader::Reader;

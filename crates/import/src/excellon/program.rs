@@ -1,5 +1,6 @@
 //! Reads a file's statements, one for each line.
 
+use super::fact::Source;
 use super::format::Units;
 use super::reader::{Mode, Reader, Stage, MOST_HITS, TOO_MANY};
 use super::shape::Shape;
@@ -37,7 +38,7 @@ impl Reader {
 
     fn statement(&mut self, line: &str) -> Result<(), Wrong> {
         let (statement, remark) = line.split_once(';').unwrap_or((line, ""));
-        comment::read(remark, &mut self.now.format);
+        self.said(&comment::read(remark), 1, Source::Comment)?;
         let trimmed = statement.trim();
         if trimmed.is_empty() || is_parenthesised(trimmed) {
             return Ok(());
@@ -88,8 +89,8 @@ impl Reader {
         match word.whole()? {
             48 => return self.begin_header(word),
             95 => self.rewind(),
-            71 => self.now.format.set_units(Units::Mm),
-            72 => self.now.format.set_units(Units::Inch),
+            71 => self.unit(Units::Mm, word.column, Source::Code)?,
+            72 => self.unit(Units::Inch, word.column, Source::Code)?,
             6 => {}
             15 => return self.lower(word),
             16 | 17 => return self.lift(word),

@@ -1,5 +1,6 @@
 //! The state of a file that is being read, and the shapes read so far.
 
+use super::fact::{Place, Source};
 use super::format::{Format, Known, Notes, Zeros};
 use super::shape::{Cut, Shape};
 use super::word::Word;
@@ -100,6 +101,22 @@ impl Reader {
             self.notes.add("the header has no end (%)");
         }
         self.now.stage = Stage::Body;
+    }
+
+    /// Takes what a statement at `column` says about the file's numbers.
+    pub(super) fn said(
+        &mut self,
+        said: &Known,
+        column: usize,
+        source: Source,
+    ) -> Result<(), Wrong> {
+        let at = Place {
+            source,
+            line: self.line,
+            is_in_header: matches!(self.now.stage, Stage::Start | Stage::Header),
+        };
+        let taken = self.now.format.take(said, at, &mut self.notes);
+        taken.map_err(|message| Wrong::at(column, message))
     }
 
     /// The point that X and Y words give, starting from `from`: a missing coordinate stays the

@@ -20,6 +20,8 @@ pub struct Tool {
 
 /// The highest number of a tool.
 const MOST: u32 = 9999;
+/// The highest number of a tool that machines take.
+pub(crate) const MOST_OF_MACHINES: u32 = 255;
 /// An `S` below this is in thousands of revolutions a minute.
 const KRPM: i64 = 1000 * NANOS_PER_MM;
 
@@ -53,9 +55,21 @@ impl Reader {
                 Err(name.wrong("is defined a second time, with another diameter"))
             }
             Some(_) | None => {
-                self.drawing.tools.insert(number, tool);
+                self.insert(name, number, tool);
                 Ok(())
             }
+        }
+    }
+
+    /// Adds a tool. A number that no machine takes is noted with its place.
+    fn insert(&mut self, name: &Word, number: u32, tool: Tool) {
+        let is_new = self.drawing.tools.insert(number, tool).is_none();
+        if is_new && number > MOST_OF_MACHINES {
+            self.notes.add(format!(
+                "line {}, column {}: machines know tools up to T{MOST_OF_MACHINES}; \
+                 T{number} gets another number in the job",
+                self.line, name.column
+            ));
         }
     }
 
@@ -125,7 +139,7 @@ impl Reader {
         if self.drawing.tools.values().all(is_listed) {
             self.notes
                 .add(format!("T{number}: the file does not say its diameter"));
-            self.drawing.tools.insert(number, Tool::default());
+            self.insert(name, number, Tool::default());
             return Ok(());
         }
         self.now.tool = None;

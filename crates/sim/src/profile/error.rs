@@ -116,5 +116,9 @@ fn in_words(what: String) -> String {
         let begin = what.strip_suffix(kind)?.strip_suffix("expected ")?;
         Some(format!("{begin}expected {word}"))
     });
-    named.unwrap_or(what)
+    let table = || {
+        let (begin, _) = what.split_once("expected struct ")?;
+        Some(format!("{begin}expected a table"))
+    };
+    named.or_else(table).unwrap_or(what)
 }

@@ -6,8 +6,8 @@ use crate::scene::Tooling;
 use leadscrew_gcode::Number;
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::protocol::status::Status;
-use leadscrew_machine::settings::table::{AxisSetting, Setting};
-use leadscrew_machine::settings::values::{Entry, Key, Settings};
+use leadscrew_machine::settings::table::{AxisSetting, Kind, Setting};
+use leadscrew_machine::settings::values::{Entry, Key, Settings, StepLimits};
 use leadscrew_stepper::MotorMask;
 use std::ops::RangeInclusive;
 use toml::Spanned;
@@ -33,10 +33,11 @@ impl Profile {
     }
 
     /// The first setting that the machine refuses, and why.
-    pub(super) fn refused_setting(&self) -> Option<(Named, &'static str)> {
+    pub(super) fn refused_setting(&self) -> Option<(Named, String)> {
         let all = self.named_settings();
         if let Some(named) = all.iter().find(|named| !VALUES.contains(&named.value)) {
-            return Some((named.clone(), "expected a number between -9e9 and 9e9"));
+            let expected = "expected a number between -9e9 and 9e9".to_owned();
+            return Some((named.clone(), expected));
         }
         let axes = self.axis_count();
         let mut settings = Settings::<MOST_AXES>::new(&[]);
@@ -50,7 +51,11 @@ impl Profile {
             });
             refused = results.by_ref().fold(None, Option::or);
         }
-        refused.map(|(named, status)| (named, status.text()))
+        refused.map(|(named, status)| {
+            let key = Key::from_number(named.number, axes);
+            let what = key.map_or(status.text().to_owned(), |key| in_words(status, key, limit));
+            (named, what)
+        })
     }
 
     /// All settings of the file: those that follow from switches and axes, then names, then
@@ -110,6 +115,31 @@ impl Profile {
         };
         given.map(named).collect()
     }
+}
+
+/// Why a setting was refused, with the values that it takes.
+fn in_words(status: Status, key: Key, limits: StepLimits) -> String {
+    let text = status.text();
+    if !matches!(status, Status::OutOfRange | Status::NegativeValue) {
+        return text.to_owned();
+    }
+    let row = key.row();
+    let values = match row.kind {
+        Kind::Switch => "0 or 1".to_owned(),
+        Kind::AxisMask | Kind::Bits(_) => "0 to 255".to_owned(),
+        Kind::Whole { max } if key == Key::Machine(Setting::StepPulse) => {
+            format!("{} to {max}", limits.shortest_pulse_us)
+        }
+        Kind::Whole { max } => format!("0 to {max}"),
+        Kind::Decimal { zero: true, .. } => "0 or more".to_owned(),
+        Kind::Decimal { zero: false, .. } => "more than 0".to_owned(),
+        Kind::Signed { most } => format!("-{most} to {most}"),
+    };
+    let unit = match row.unit {
+        "" | "mask" => String::new(),
+        unit => format!(" {unit}"),
+    };
+    format!("{text}: expected {values}{unit}")
 }
 
 /// The settings in the table of an axis.

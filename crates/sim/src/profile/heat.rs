@@ -1,6 +1,6 @@
 //! Heaters and fan of a machine file.
 
-use super::value::{AxisLetters, Celsius, Positive, Volts};
+use super::value::{AxisLetter, Celsius, Positive, Volts};
 use super::Profile;
 use crate::oven::{Body, HeatWires};
 use leadscrew_heat::{Gates, HeatConfig, HeaterConfig, Limits, Sensor};
@@ -19,7 +19,7 @@ pub struct Heaters {
     pub reference_v: Option<Positive>,
     /// The axis that does not turn while the nozzle is too cold. If it is left out, this is E, if
     /// the machine has one.
-    pub extruder: Option<AxisLetters>,
+    pub extruder: Option<AxisLetter>,
     /// The outputs (M62, M64) that go on only if the nozzle is warm enough, one bit for each
     /// output.
     pub feeders: u8,
@@ -97,6 +97,9 @@ pub struct Fan {
 
 /// The values for a heater whose table leaves them out.
 struct Usual {
+    /// The table in the file.
+    table: &'static str,
+    /// The name in reports.
     name: &'static str,
     limits: Limits,
     warms: f32,
@@ -104,6 +107,7 @@ struct Usual {
 }
 
 const NOZZLE: Usual = Usual {
+    table: "heaters.nozzle",
     name: "N",
     limits: Limits::NOZZLE,
     warms: 4.0,
@@ -111,6 +115,7 @@ const NOZZLE: Usual = Usual {
 };
 
 const BED: Usual = Usual {
+    table: "heaters.bed",
     name: "B",
     limits: Limits::BED,
     warms: 1.0,
@@ -224,9 +229,7 @@ impl Profile {
         } = &self.heaters;
         HeatConfig {
             gates: Gates {
-                extruder_axis: extruder
-                    .map_or(Some('E'), AxisLetters::only)
-                    .and_then(|letter| self.axis_of_letter(letter)),
+                extruder_axis: self.axis_of_letter(extruder.map_or('E', AxisLetter::capital)),
                 feeders: *feeders,
                 wait_until_ready: *wait_until_ready,
             },
@@ -252,14 +255,31 @@ impl Profile {
         if self.heaters.configs().iter().any(is_shorted) {
             return Some(("heaters", "expected `most` below `hottest`"));
         }
-        let is_axis = |letters: AxisLetters| {
-            let letter = letters.only();
-            letter.is_some_and(|letter| self.axis_of_letter(letter).is_some())
-        };
-        let is_good = extruder.is_none_or(is_axis);
-        (!is_good).then_some((
-            "heaters",
-            "expected the letter of one of its axes as `extruder`",
-        ))
+        let is_axis = |letter: AxisLetter| self.axis_of_letter(letter.capital()).is_some();
+        if !extruder.is_none_or(is_axis) {
+            let expected = "expected the letter of one of its axes as `extruder`";
+            return Some(("heaters", expected));
+        }
+        self.contradiction_of_temperatures()
+    }
+
+    /// A heater that could never extrude, or never stay at its target.
+    fn contradiction_of_temperatures(&self) -> Option<(&'static str, &'static str)> {
+        let gates = self.heat_config().gates;
+        let is_gated = gates.extruder_axis.is_some() || gates.feeders != 0;
+        self.heaters.tables().find_map(|(table, usual)| {
+            let HeaterConfig {
+                limits, hysteresis, ..
+            } = table.config(usual);
+            let is_asked = table.extrusion.is_some() || is_gated && usual.name == NOZZLE.name;
+            let expected = if is_asked && limits.extrusion > limits.most {
+                "expected `extrusion` up to `most`"
+            } else if hysteresis > limits.band {
+                "expected `hysteresis_k` up to `band_k`"
+            } else {
+                return None;
+            };
+            Some((usual.table, expected))
+        })
     }
 }

@@ -14,6 +14,8 @@
 //! `examples/machines/` holds machine files with every key explained. `leadscrew schema machine`
 //! prints their JSON schema.
 
+mod arrays;
+mod contradiction;
 mod error;
 mod first;
 mod fit;
@@ -29,8 +31,8 @@ pub use heat::{Fan, HeaterTable, Heaters, SensorTable};
 pub use named::{Bounds, Homing, Laser, Motors, Path as PathSettings, Reports, Spindle, Streaming};
 pub use tools::{ShownAs, ToolChangeTable, ToolSwitchesTable};
 pub use value::{
-    AxisLetters, BufferSize, Celsius, LookAhead, OutputCount, PerSecond, Place, Positive,
-    SettingNumber, ValueError, Volts, Way,
+    AxisLetter, AxisLetters, BufferSize, Celsius, LookAhead, OutputCount, PerSecond, Place,
+    Positive, SettingNumber, ValueError, Volts, Way,
 };
 
 use schemars::JsonSchema;
@@ -401,12 +403,16 @@ impl Profile {
             let key = path.split(".$__").next().unwrap_or_default();
             wrong(key.trim_start_matches('.').to_owned(), error.inner())
         })?;
+        if let Some((key, start)) = arrays::misplaced(text) {
+            let what = "invalid type: sequence, expected a table".to_owned();
+            return Err(Wrong::at(file, text, start, key, what));
+        }
         if let Some((key, what)) = profile.contradiction() {
             return Err(Wrong::at_key(file, text, key, what));
         }
         match profile.refused_setting() {
             None => Ok(profile),
-            Some((named, what)) => Err(Wrong::at(file, text, named.at, named.key, what.to_owned())),
+            Some((named, what)) => Err(Wrong::at(file, text, named.at, named.key, what)),
         }
     }
 }
@@ -516,6 +522,26 @@ mod tests {
             ("[axes.x]\nlimits = { low = 0, high = 9 }\n[axes.y]\nlimits = { low = 9, high = 0 }", "router.toml:3: axes.y: expected the low limit switch below the high one"),
             ("[second_motor]\naxis = \"y\"\nstart = 0\nlimits = { low = 5, high = 5 }", "router.toml:1: second_motor: expected the low limit switch below the high one"),
             ("[tool_switches]\nlower = 2\nupper = 1\nrate_mm_min = 1\nmost_mm = 1", "router.toml:1: tool_switches: expected the upper switch above the lower one"),
+            ("[heaters]\nextruder = \"q\"", "router.toml:2: heaters.extruder: expected the letter of one axis, such as \"a\" or \"e\""),
+            ("[heaters]\nextruder = \"xy\"", "router.toml:2: heaters.extruder: expected the letter of one axis, such as \"a\" or \"e\""),
+            ("[axes.x]\nhome = \"low\"\n[homing]\norder = [\"z\", \"a\"]", "router.toml:3: homing: expected axes that the machine has in `order`"),
+            ("[homing]\norder = [\"z\", \"xz\"]", "router.toml:1: homing: expected each axis once in `order`"),
+            ("[axes.a]\n[axes.b]\n[homing]\norder = [\"z\", \"x\", \"y\", \"a\", \"b\"]", "router.toml:3: homing: expected four cycles at most in `order`"),
+            ("[heaters.nozzle]\nsensor = \"ad595\"\nextrusion = 280", "router.toml:1: heaters.nozzle: expected `extrusion` up to `most`"),
+            ("[heaters.nozzle]\nsensor = \"ad595\"\n[heaters.bed]\nsensor = \"ad595\"\nextrusion = 150", "router.toml:3: heaters.bed: expected `extrusion` up to `most`"),
+            ("[axes.e]\n[heaters.nozzle]\nsensor = \"ad595\"\nmost = 160", "router.toml:2: heaters.nozzle: expected `extrusion` up to `most`"),
+            ("[heaters.nozzle]\nsensor = \"ad595\"\nhysteresis_k = 31", "router.toml:1: heaters.nozzle: expected `hysteresis_k` up to `band_k`"),
+            ("[axes.x]\nlimits = [0, 1]", "router.toml:2: axes.x.limits: invalid type: sequence, expected a table"),
+            ("probe = []", "router.toml:1: probe: invalid length 0, expected a table"),
+            ("[axes.x]\nlimits = 5", "router.toml:2: axes.x.limits: invalid type: integer `5`, expected a table"),
+            ("[drill]\ndepth_mm = 3", "router.toml:1: drill: expected `depth_mm` below 0"),
+            ("[drill]\ndepth_mm = -1\nclearance_mm = -2", "router.toml:1: drill: expected `depth_mm` below `clearance_mm`"),
+            ("[laser]\nlead_us = 99999", "router.toml:2: laser.lead_us: The value is out of range: expected 0 to 1000 us"),
+            ("[motors]\nstep_pulse_us = 1000", "router.toml:2: motors.step_pulse_us: The value is out of range: expected 1 to 255 us"),
+            ("[settings]\n\"$2\" = 256", "router.toml:2: settings.$2: The value is out of range: expected 0 to 255"),
+            ("[path]\narc_tolerance_mm = 0", "router.toml:2: path.arc_tolerance_mm: The value is out of range: expected more than 0 mm"),
+            ("[spindle]\nmax_rpm = -1", "router.toml:2: spindle.max_rpm: The value may not be negative: expected 0 or more 1/min"),
+            ("[homing]\nsecond_motor_offset_mm = 50000", "router.toml:2: homing.second_motor_offset_mm: The value is out of range: expected -25 to 25 mm"),
             ("[tool_change]\nshown = \"t\"", "router.toml:2: tool_change.shown: unknown variant `t`, expected `hold` or `tool`"),
         ];
         for (text, expected) in table {

@@ -193,11 +193,13 @@ impl Profile {
                 "expected axes in the order x, y, z, a, b, c without a gap",
             ));
         }
-        if let Some(contradiction) = self.contradiction_of_extruder() {
-            return Some(contradiction);
-        }
-        if let Some(contradiction) = self.contradiction_of_limits() {
-            return Some(contradiction);
+        let found = self
+            .contradiction_of_extruder()
+            .or_else(|| self.contradiction_of_order())
+            .or_else(|| self.contradiction_of_limits())
+            .or_else(|| self.contradiction_of_drill());
+        if found.is_some() {
+            return found;
         }
         let knows_no_end = |axis: &Axis| {
             let Limits { low, high } = axis.limits;

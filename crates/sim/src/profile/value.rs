@@ -18,6 +18,8 @@ pub enum ValueError {
     NotASetting,
     /// A letter that is no axis, or a letter that occurs twice.
     NotAxes,
+    /// Not the letter of one axis.
+    NotAnAxis,
     /// A buffer that is too small for one line, or larger than the machine's.
     NotABuffer,
     /// A look-ahead out of range.
@@ -40,6 +42,7 @@ impl fmt::Display for ValueError {
             Self::NotARate => "expected between 0 and 1000 a second",
             Self::NotASetting => "expected the name of a setting, such as \"$110\"",
             Self::NotAxes => "expected axes that home together, such as \"z\" or \"xy\"",
+            Self::NotAnAxis => "expected the letter of one axis, such as \"a\" or \"e\"",
             Self::NotABuffer => "expected 128 to 1024 bytes",
             Self::NotALookAhead => "expected 2 to 1024 moves",
             Self::NotACount => "expected 0 to 8 outputs",
@@ -51,6 +54,9 @@ impl fmt::Display for ValueError {
 }
 
 impl std::error::Error for ValueError {}
+
+/// The letters of all axes, in the order of a mask's bits.
+const LETTERS: &str = "xyzabce";
 
 /// The largest length in a profile, mm: a kilometre.
 const FAR: f64 = 1e6;
@@ -146,6 +152,11 @@ pub struct SettingNumber(pub u16);
 #[serde(try_from = "String")]
 pub struct AxisLetters(pub u8);
 
+/// One axis, written as its letter.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+pub struct AxisLetter(char);
+
 /// Bytes of unanswered lines that a sender may have sent.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize, JsonSchema)]
 #[serde(try_from = "u16")]
@@ -164,14 +175,12 @@ pub struct OutputCount(pub u8);
 impl AxisLetters {
     /// The mask of E alone.
     pub(super) const EXTRUDER: u8 = 1 << 6;
+}
 
-    /// The capital letter of the axis, if the mask has exactly one axis.
-    pub(super) fn only(self) -> Option<char> {
-        let index = self.0.trailing_zeros() as usize;
-        self.0
-            .is_power_of_two()
-            .then(|| "XYZABCE".chars().nth(index))
-            .flatten()
+impl AxisLetter {
+    /// The letter, a capital.
+    pub fn capital(self) -> char {
+        self.0.to_ascii_uppercase()
     }
 }
 
@@ -246,13 +255,23 @@ impl TryFrom<String> for AxisLetters {
     fn try_from(letters: String) -> Result<Self, ValueError> {
         let mut mask = 0u8;
         for letter in letters.chars() {
-            let axis = "xyzabce".find(letter).ok_or(ValueError::NotAxes)?;
+            let axis = LETTERS.find(letter).ok_or(ValueError::NotAxes)?;
             if mask >> axis & 1 == 1 {
                 return Err(ValueError::NotAxes);
             }
             mask |= 1 << axis;
         }
         (mask != 0).then_some(Self(mask)).ok_or(ValueError::NotAxes)
+    }
+}
+
+impl TryFrom<String> for AxisLetter {
+    type Error = ValueError;
+    fn try_from(letters: String) -> Result<Self, ValueError> {
+        let mut all = letters.chars();
+        let only = all.next().filter(|letter| LETTERS.contains(*letter));
+        let only = only.filter(|_| all.next().is_none());
+        only.map(Self).ok_or(ValueError::NotAnAxis)
     }
 }
 
