@@ -30,8 +30,10 @@ pub(super) fn check(args: &CheckArgs) -> Result<bool, Unusable> {
     if args.svg.is_some() && !is_one {
         return Err(unusable("--svg draws one job: name one file"));
     }
-    if args.json && args.svg.as_deref().is_some_and(is_stdout) {
-        return Err(unusable("standard output takes one of --json, --svg -"));
+    if (args.json || args.github) && args.svg.as_deref().is_some_and(is_stdout) {
+        return Err(unusable(
+            "standard output takes one of --json, --github, --svg -",
+        ));
     }
     let (mut reports, mut undone) = (Vec::new(), Vec::new());
     let mut clean = true;

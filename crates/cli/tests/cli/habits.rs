@@ -70,6 +70,8 @@ fn a_picture_for_standard_output_goes_there_and_nothing_else_does() {
         let both = leadscrew(&[command, &job, "--svg", "-", "--json"]);
         assert_eq!(both.status.code(), Some(2), "{command}");
     }
+    let both = leadscrew(&["check", &job, "--svg", "-", "--github"]);
+    assert_eq!(both.status.code(), Some(2));
 }
 
 #[test]
