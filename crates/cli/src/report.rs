@@ -23,8 +23,10 @@ pub(super) struct Report {
     pub(super) errors: Vec<Complaint>,
     /// How many errors there were.
     pub(super) error_count: u64,
-    /// Likely mistakes in the job.
+    /// The likely mistakes in the job that were kept.
     pub(super) warnings: Vec<Complaint>,
+    /// How many likely mistakes there were.
+    pub(super) warning_count: u64,
     /// The alarm that ended the job.
     pub(super) alarm: Option<Complaint>,
     /// The result of the simulation.
@@ -63,7 +65,9 @@ pub(super) struct RunJson<'a> {
     file: &'a str,
     lines: u64,
     errors: Vec<JsonError<'a>>,
+    error_count: u64,
     warnings: Vec<JsonWarning<'a>>,
+    warning_count: u64,
     alarm: Option<u8>,
     alarm_line: Option<u64>,
     pauses: &'a [u64],
@@ -126,7 +130,9 @@ impl Report {
             file: &self.file,
             lines: self.lines,
             errors: self.errors.iter().map(error_json).collect(),
+            error_count: self.error_count,
             warnings: self.warnings.iter().map(warning_json).collect(),
+            warning_count: self.warning_count,
             alarm: self.alarm.as_ref().map(|alarm| alarm.fault.code()),
             alarm_line: self.alarm.as_ref().map(|alarm| alarm.line),
             pauses: &self.pauses,

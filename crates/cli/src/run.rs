@@ -194,6 +194,7 @@ fn simulate(
         error_count: done.error_count,
         alarm: done.alarm,
         warnings: done.warnings,
+        warning_count: done.warning_count,
         outcome: done.outcome,
         letters: machine.file.letters(),
         steps_per_mm: steps_per_mm(machine),

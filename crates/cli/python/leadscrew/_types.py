@@ -39,7 +39,9 @@ class Check(TypedDict):
     file: str
     lines: int
     errors: List[Error]
+    error_count: int
     warnings: List[Warning]
+    warning_count: int
     extents: Optional[Dict[str, Extent]]
     cut_mm: float
     travel_mm: float
@@ -75,7 +77,9 @@ class Run(TypedDict):
     file: str
     lines: int
     errors: List[Error]
+    error_count: int
     warnings: List[Warning]
+    warning_count: int
     alarm: Optional[int]
     alarm_line: Optional[int]
     pauses: List[int]
@@ -127,6 +131,7 @@ class _Profile(TypedDict):
     file: str
     lines: int
     errors: List[Error]
+    error_count: int
     alarm: Optional[int]
     job_seconds: float
     limits: List[Limit]
