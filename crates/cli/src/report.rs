@@ -1,8 +1,8 @@
 //! The result of a job: as lines for a person, as JSON for a program.
 
 use leadscrew_jobs::{
-    duration, error_json, verdict, warning_json, Complaint, Extents, JsonError, JsonWarning,
-    JSON_VERSION,
+    duration, error_json, pauses, verdict, warning_json, Complaint, Extents, JsonError,
+    JsonWarning, JSON_VERSION, RESUMED,
 };
 use leadscrew_sim::outcome::Outcome;
 use leadscrew_sim::powered::MOST_MOTORS;
@@ -223,7 +223,7 @@ impl fmt::Display for Report {
             ),
         )?;
         if !self.pauses.is_empty() {
-            row(f, "pauses", &pauses(&self.pauses))?;
+            row(f, "pauses", &pauses(&self.pauses, RESUMED))?;
         }
         row(
             f,
@@ -287,25 +287,6 @@ impl Report {
             None => "never waits (use --baud for a real one)".to_owned(),
         }
     }
-}
-
-/// The most lines that are named one by one.
-const NAMED_PAUSES: usize = 8;
-
-/// The sentence about the program's pauses.
-fn pauses(lines: &[u64]) -> String {
-    let named: Vec<String> = lines
-        .iter()
-        .take(NAMED_PAUSES)
-        .map(u64::to_string)
-        .collect();
-    let more = if lines.len() > NAMED_PAUSES {
-        ", ..."
-    } else {
-        ""
-    };
-    let (count, places) = (lines.len(), named.join(", "));
-    format!("{count} (M0, M6), resumed at once: the time is without them; line {places}{more}")
 }
 
 fn row(f: &mut fmt::Formatter<'_>, name: &str, value: &str) -> fmt::Result {

@@ -7,6 +7,7 @@ use crate::json::{
     error_json, extents, warning_json, Extents, JsonError, JsonWarning, JSON_VERSION,
 };
 use crate::remark::Remarks;
+use crate::words::pauses;
 use leadscrew_sim::scene::{note_tools, Toolpath};
 use leadscrew_sim::streamer::Lines;
 use schemars::JsonSchema;
@@ -148,7 +149,11 @@ impl CheckReport {
 
 impl fmt::Display for CheckReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {} lines, {}", self.file, self.lines, self.verdict())
+        write!(f, "{}: {} lines, {}", self.file, self.lines, self.verdict())?;
+        match self.pauses.as_slice() {
+            [] => Ok(()),
+            lines => write!(f, "\n  pauses       {}", pauses(lines, "")),
+        }
     }
 }
 

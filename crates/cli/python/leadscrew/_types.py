@@ -133,6 +133,7 @@ class _Profile(TypedDict):
     errors: List[Error]
     error_count: int
     alarm: Optional[int]
+    pauses: List[int]
     job_seconds: float
     limits: List[Limit]
     trials: List[Trial]

@@ -118,14 +118,14 @@ fn pauses_of_the_program_are_told() {
     let json = report(&[&job]);
     assert_eq!(json["pauses"], Value::from(vec![2, 4]));
     assert_eq!(json["tools"], Value::from(vec![7]));
-    let text = stdout(&leadscrew(&["run", &job]));
-    assert!(
-        text.contains("pauses") && text.contains("line 2, 4"),
-        "{text}"
-    );
-    let check = leadscrew(&["check", "--json", &job]);
-    let json: Value = serde_json::from_str(&stdout(&check)).unwrap();
-    assert_eq!(json["pauses"], Value::from(vec![2, 4]));
+    for command in ["run", "check", "profile"] {
+        let text = stdout(&leadscrew(&[command, &job]));
+        let told = text.contains("  pauses       2 (M0, M6)") && text.contains("line 2, 4\n");
+        assert!(told, "{text}");
+        let json = stdout(&leadscrew(&[command, "--json", &job]));
+        let json: Value = serde_json::from_str(&json).unwrap();
+        assert_eq!(json["pauses"], Value::from(vec![2, 4]), "{command}");
+    }
 }
 
 #[test]
