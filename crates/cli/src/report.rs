@@ -39,7 +39,7 @@ pub(super) struct Report {
     pub(super) steps_per_rev: Vec<Option<f64>>,
     /// Whether motors 0 and 1 turn X and Y together, by crossed belts.
     pub(super) crossed: bool,
-    /// Length of the feed moves, mm.
+    /// Length of the cuts, mm.
     pub(super) cut_mm: f64,
     /// Length of all other moves, mm.
     pub(super) travel_mm: f64,
@@ -51,7 +51,7 @@ pub(super) struct Report {
     pub(super) tools: Vec<u32>,
     /// How many synchronised outputs there are.
     pub(super) outputs: u8,
-    /// The box around all feed moves.
+    /// The box around all cuts.
     pub(super) extents: Option<Extents>,
     /// How long the simulation took in real time, s.
     pub(super) wall_seconds: f64,
@@ -74,8 +74,12 @@ pub(super) struct RunJson<'a> {
     tools: &'a [u32],
     #[serde(skip_serializing_if = "Option::is_none")]
     outputs: Option<JsonOutputs>,
+    /// The box around all cuts, in machine coordinates, mm.
     extents: Option<&'a Extents>,
+    /// Length of the feed moves, mm; with a laser only of those with power, on a machine with
+    /// filament only of those that feed some.
     cut_mm: f64,
+    /// Length of all other moves, mm.
     travel_mm: f64,
     job_seconds: f64,
     motion_seconds: f64,

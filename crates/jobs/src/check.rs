@@ -168,8 +168,12 @@ pub struct CheckJson<'a> {
     error_count: u64,
     warnings: Vec<JsonWarning<'a>>,
     warning_count: u64,
+    /// The box around all cuts, in machine coordinates, mm.
     extents: Option<&'a Extents>,
+    /// Length of the feed moves, mm; with a laser only of those with power, on a machine with
+    /// filament only of those that feed some.
     cut_mm: f64,
+    /// Length of all other moves, mm.
     travel_mm: f64,
     tools: &'a [u32],
     pauses: &'a [u64],

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 /// Version of all that `--json` writes; fields that are added do not raise it.
 pub const JSON_VERSION: u32 = 1;
 
-/// The box around all feed moves, axis by axis.
+/// The box around all cuts, axis by axis.
 pub type Extents = BTreeMap<char, Extent>;
 
 /// The range of coordinates along one axis, mm.

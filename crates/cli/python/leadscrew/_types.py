@@ -26,14 +26,16 @@ class Warning(TypedDict):
 
 
 class Extent(TypedDict):
-    """How far all feed moves reach on an axis, mm."""
+    """How far all cuts reach on an axis, mm."""
 
     min: float
     max: float
 
 
 class Check(TypedDict):
-    """What `check` answers."""
+    """What `check` answers. A laser's feed move without power counts as travel, as does a printer's
+    without filament.
+    """
 
     version: int
     file: str
@@ -71,7 +73,7 @@ class Cpu(TypedDict):
 
 
 class Run(TypedDict):
-    """What `run` answers."""
+    """What `run` answers. Cuts are those of `Check`."""
 
     version: int
     file: str

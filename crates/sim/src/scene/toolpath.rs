@@ -96,7 +96,7 @@ pub struct Toolpath {
     start: [f64; 3],
     cut_mm: f64,
     travel_mm: f64,
-    /// The corners of the box around all feed moves.
+    /// The corners of the box around all cuts.
     cut: Option<[[f64; 3]; 2]>,
 }
 
@@ -121,7 +121,7 @@ impl Toolpath {
         self.moves.is_some()
     }
 
-    /// The lowest and the highest X, Y and Z of all feed moves, mm; `None` where there was none.
+    /// The lowest and the highest X, Y and Z of all cuts, mm; `None` where there was none.
     pub fn cut_bounds(&self) -> Option<[[f64; 3]; 2]> {
         self.cut
     }
@@ -176,7 +176,7 @@ impl Toolpath {
         });
     }
 
-    /// Length of the feed moves, mm.
+    /// Length of the cuts, mm.
     pub fn cut_mm(&self) -> f64 {
         self.cut_mm
     }
