@@ -446,4 +446,16 @@ fn replay_judges() {
         "{text}"
     );
     assert!(text.contains("1 of 2 conversations agree"), "{text}");
+    let none = folder.file("a.json", "[");
+    let all = leadscrew(&["replay", "--judge", &none, &right, "no.json"]);
+    assert_eq!(all.status.code(), Some(2));
+    assert!(stdout(&all).contains("right.json: agrees"));
+    assert!(stdout(&all).contains("1 of 1 conversations agree"));
+    let said = stderr(&all);
+    let named = said.contains("a.json: not a conv") && said.contains("no.json: cannot be read");
+    assert!(named, "{said}");
+    let piped = Stdio::from(fs::File::open(&right).unwrap());
+    let piped = output(start(&["replay", "--judge", "-"], piped));
+    assert_eq!(piped.status.code(), Some(0), "{}", stderr(&piped));
+    assert_eq!(stdout(&piped), "standard input: agrees\n");
 }
