@@ -297,6 +297,8 @@ fn check_warns_of_what_nobody_can_have_meant() {
         warnings,
         expected.map(|(line, kind)| (Some(line), Some(kind)))
     );
+    let message = json["warnings"][3]["message"].as_str().unwrap();
+    assert!(message.contains("its travel is"), "{message}");
     assert_eq!(json["version"], 1);
     // Warnings alone do not make the check fail.
     let fine = folder.file("fine.nc", "G21 (mm\n");
