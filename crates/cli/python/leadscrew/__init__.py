@@ -18,6 +18,7 @@ import os
 import subprocess
 import sys
 import sysconfig
+from decimal import Decimal
 from typing import Any, Mapping, Optional, Sequence, Union, cast
 
 from ._types import Check, Profile, Run
@@ -98,10 +99,15 @@ def _machine(machine: Optional["os.PathLike[str]"], settings: Optional[Settings]
     options = [] if machine is None else ["--machine", os.fspath(machine)]
     if isinstance(settings, Mapping):
         for number, value in settings.items():
-            options += ["--set", f"${number}={value}"]
+            options += ["--set", f"${number}={_decimal(value)}"]
     elif settings is not None:
         options += ["--settings", os.fspath(settings)]
     return options
+
+
+def _decimal(value: float) -> str:
+    """The number as G-code has numbers: without an exponent, and a `bool` as 0 or 1."""
+    return str(int(value)) if isinstance(value, int) else format(Decimal(repr(float(value))), "f")
 
 
 def _line(baud: Optional[int], keep_going: bool) -> list[str]:
