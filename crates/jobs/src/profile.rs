@@ -125,7 +125,7 @@ impl ProfileReport {
         cycles as f64 / self.job_cycles.max(1) as f64
     }
 
-    /// The report as JSON; `line_times` adds the time at each line.
+    /// The report as JSON; `line_times` adds the time that each line moves the machine.
     pub fn json(&self, line_times: bool) -> String {
         let share = |share: &Share| JsonShare {
             limit: share.limit.name(&self.letters),

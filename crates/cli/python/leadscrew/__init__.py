@@ -88,7 +88,7 @@ def profile(
     line_times: bool = False,
 ) -> Profile:
     """Finds out where the time of a job goes: which limit binds when. With `trials`, the job runs again to tell what each change of a
-    setting would save; with `line_times`, how long the machine is at each line."""
+    setting would save; with `line_times`, how long each line moves the machine."""
     options = _machine(machine, settings) + _line(baud, keep_going)
     options += [] if trials else ["--no-trials"]
     options += ["--line-times"] if line_times else []

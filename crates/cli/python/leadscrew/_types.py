@@ -122,7 +122,7 @@ class Trial(TypedDict):
 
 
 class LineTime(TypedDict):
-    """How long the machine is at a line."""
+    """How long a line moves the machine; a line that does not, such as `G4`, has none."""
 
     line: int
     seconds: float
