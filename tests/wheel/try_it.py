@@ -59,6 +59,10 @@ class Installed(unittest.TestCase):
             by_file = leadscrew.run("G1 X60 F600\n", settings=listing)
         self.assertAlmostEqual(by_file["job_seconds"], 6.1, delta=0.02)
 
+    def test_settings_may_be_any_numbers(self) -> None:
+        report = leadscrew.check("G0X1\n", settings={5: True, 12: 0.00001, 110: 6e3, 130: 1e3})
+        self.assertEqual(report["errors"], [])
+
     def test_what_cannot_be_used_is_an_exception_with_the_programs_words(self) -> None:
         for job, settings in [(pathlib.Path("/nowhere.nc"), None), ("G0X1\n", {110: -1})]:
             with self.assertRaises(leadscrew.LeadscrewError) as raised:

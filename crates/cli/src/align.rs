@@ -1,6 +1,7 @@
 //! `leadscrew align`: turns and shifts a job onto a board that is not clamped straight.
 
 use super::import::{read, shown, write, OutputArgs};
+use super::said::aside;
 use super::{unusable, Unusable};
 use clap::Args;
 use leadscrew_import::align::{job, Fit, Pair, Place};
@@ -82,17 +83,17 @@ fn report(fit: &Fit, applies_scale: bool) {
     } else {
         "not applied"
     };
-    eprintln!(
+    aside(format!(
         "turned {:.4} degrees, X0 Y0 to X{x:.4} Y{y:.4}",
         fit.angle.to_degrees()
-    );
-    eprintln!("scale {:.6}, {applied}", fit.scale);
+    ));
+    aside(format!("scale {:.6}, {applied}", fit.scale));
     let misses = fit.misses.iter().map(|miss| format!("{miss:.4}"));
-    eprintln!(
+    aside(format!(
         "points missed by {} mm",
         misses.collect::<Vec<_>>().join(", ")
-    );
+    ));
     if (fit.scale - 1.0).abs() > ODD_SCALE {
-        eprintln!("warning: such a scale is more likely a wrong point than a board");
+        aside("warning: such a scale is more likely a wrong point than a board");
     }
 }

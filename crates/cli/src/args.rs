@@ -108,7 +108,7 @@ pub(super) struct ProfileArgs {
     /// output.
     #[arg(long, value_name = "FILE")]
     pub(super) csv: Option<PathBuf>,
-    /// With --json: add the time that the machine takes for each line.
+    /// With --json: add the time that each line moves the machine.
     #[arg(long, requires = "json")]
     pub(super) line_times: bool,
     /// Do not run the job again to find faster settings.

@@ -1,7 +1,7 @@
 //! `leadscrew board`: files that describe boards for the firmware.
 
 use super::output::is_stdout;
-use super::said::say;
+use super::said::{aside, say};
 use super::{unusable, Unusable};
 use clap::{Args, Subcommand};
 use leadscrew_boards::{Board, BOARDS};
@@ -205,7 +205,7 @@ fn pack(args: &PackArgs) -> Result<bool, Unusable> {
 /// Prints `text`. The record may be on standard output itself; then `text` goes to standard error.
 fn tell(args: &PackArgs, text: String) -> Result<(), Unusable> {
     if is_stdout(&args.output) {
-        eprintln!("{text}");
+        aside(text);
         return Ok(());
     }
     say(text)

@@ -1,6 +1,6 @@
 //! `leadscrew calibrate`: steps per mm from a measured move.
 
-use super::said::say;
+use super::said::{aside, say};
 use super::setting_args::{machine, SettingArgs};
 use super::{unusable, Unusable};
 use clap::Args;
@@ -54,10 +54,10 @@ pub(super) fn calibrate(args: &CalibrateArgs) -> Result<bool, Unusable> {
         let (error, text) = (status.number(), status.text());
         unusable(format!("${number}={value}: error:{error}: {text}"))
     })?;
-    eprintln!(
+    aside(format!(
         "{now} steps/mm made {} mm of {} mm",
         args.measured, args.commanded
-    );
+    ));
     say(format!("${number}={value}"))?;
     Ok(true)
 }

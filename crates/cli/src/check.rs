@@ -7,7 +7,7 @@ use super::input;
 use super::output::{is_stdout, spare, Output, OutputError};
 use super::report::json_text;
 use super::run::full_power;
-use super::said::say;
+use super::said::{aside, say};
 use super::setting_args::{machine, say_capped};
 use super::{all_done, unusable, Unusable};
 use crate::picture::{draw, Caption};
@@ -30,8 +30,10 @@ pub(super) fn check(args: &CheckArgs) -> Result<bool, Unusable> {
     if args.svg.is_some() && !is_one {
         return Err(unusable("--svg draws one job: name one file"));
     }
-    if args.json && args.svg.as_deref().is_some_and(is_stdout) {
-        return Err(unusable("standard output takes one of --json, --svg -"));
+    if (args.json || args.github) && args.svg.as_deref().is_some_and(is_stdout) {
+        return Err(unusable(
+            "standard output takes one of --json, --github, --svg -",
+        ));
     }
     let (mut reports, mut undone) = (Vec::new(), Vec::new());
     let mut clean = true;
@@ -69,14 +71,17 @@ fn check_one(args: &CheckArgs, file: &Path, machine: &Machine) -> Result<CheckRe
     if svg.is_some() {
         checker.draw();
     }
-    let mut causes = Causes::default();
+    let (mut causes, mut shown) = (Causes::default(), Ok(()));
     let unreadable = |error| unusable(format!("{}: cannot be read: {error}", job.name));
     let report = read_through(&mut *checker, &job.name, job.text, |complaint| {
-        show(args, &mut causes, complaint);
+        if shown.is_ok() {
+            shown = show(args, &mut causes, complaint);
+        }
     })
     .map_err(unreadable)?;
+    shown?;
     for rest in causes.rest(&job.name) {
-        eprintln!("{rest}");
+        aside(rest);
     }
     if let Some(output) = svg {
         draw_picture(output, machine, checker.path(), &report).map_err(unusable)?;
@@ -100,20 +105,25 @@ fn draw_picture(
 }
 
 /// Shows a complaint: for GitHub every one as an annotation, else the first of each cause.
-fn show(args: &CheckArgs, causes: &mut Causes, complaint: &Complaint) {
+///
+/// # Errors
+/// Where standard output cannot be written.
+fn show(args: &CheckArgs, causes: &mut Causes, complaint: &Complaint) -> Result<(), Unusable> {
     let is_first = causes.note(complaint);
     if args.github {
-        println!("{}", complaint.annotation());
-    } else if is_first && !(args.quiet && complaint.fault.is_remark()) {
-        eprintln!("{complaint}");
+        return say(complaint.annotation());
     }
+    if is_first && !(args.quiet && complaint.fault.is_remark()) {
+        aside(complaint);
+    }
+    Ok(())
 }
 
 fn tell(args: &CheckArgs, report: &CheckReport) -> Result<(), Unusable> {
     if args.quiet {
         Ok(())
     } else if args.svg.as_deref().is_some_and(is_stdout) {
-        eprintln!("{report}");
+        aside(report);
         Ok(())
     } else {
         say(report)

@@ -104,9 +104,17 @@ fn has_ending(path: &Path, endings: &[&str]) -> bool {
     path.is_file() && endings.iter().any(|known| ending == **known)
 }
 
+/// Whether a name stands for standard input.
+pub(super) fn is_stdin(name: &Path) -> bool {
+    name.as_os_str() == "-"
+}
+
 /// The text of a name for messages.
-fn shown(name: &Path) -> String {
-    name.display().to_string()
+pub(super) fn shown(name: &Path) -> String {
+    match is_stdin(name) {
+        true => "standard input".to_owned(),
+        false => name.display().to_string(),
+    }
 }
 
 /// Opens the file `name`, or standard input where `name` is `-`. A pipe can be read only once.
@@ -114,8 +122,8 @@ fn shown(name: &Path) -> String {
 /// # Errors
 /// [`InputError`] where it cannot be read or is no text.
 pub(super) fn open(name: &Path) -> Result<Job, InputError> {
-    if name.as_os_str() == "-" {
-        return from_reader("standard input", None, io::stdin().lock());
+    if is_stdin(name) {
+        return from_reader(&shown(name), None, io::stdin().lock());
     }
     let io_error = |error| InputError::Io(shown(name), error);
     let file = File::open(name).map_err(io_error)?;

@@ -1,5 +1,7 @@
 //! The `leadscrew` command line.
 #![forbid(unsafe_code)]
+// `println!` and `eprintln!` panic where nobody reads: `said` takes their place.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod align;
 mod args;
@@ -63,7 +65,7 @@ fn main() -> ExitCode {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::from(JOB_FAILED),
         Err(unusable) => {
-            eprintln!("leadscrew: {unusable}");
+            said::aside(format!("leadscrew: {unusable}"));
             ExitCode::from(UNUSABLE)
         }
     }

@@ -74,6 +74,7 @@ fn place(path: &Path) -> Option<PathBuf> {
     if is_stdout(path) {
         return None;
     }
+    let path = &target(path).ok()?;
     if let Ok(there) = fs::canonicalize(path) {
         return Some(there).filter(|there| there.is_file());
     }
@@ -82,6 +83,21 @@ fn place(path: &Path) -> Option<PathBuf> {
         .filter(|folder| !folder.as_os_str().is_empty());
     let folder = fs::canonicalize(folder.unwrap_or(Path::new("."))).ok()?;
     Some(folder.join(path.file_name()?))
+}
+
+/// The end of the symbolic links that begin at `path`, even where no file is there yet.
+///
+/// # Errors
+/// The links lead nowhere, for example in a circle.
+fn target(path: &Path) -> io::Result<PathBuf> {
+    match (fs::canonicalize(path), fs::read_link(path)) {
+        (Ok(there), _) => Ok(there),
+        (Err(error), Ok(next)) if error.kind() == io::ErrorKind::NotFound => {
+            target(&path.with_file_name(next))
+        }
+        (Err(error), Ok(_)) => Err(error),
+        (Err(_), Err(_)) => Ok(path.to_owned()),
+    }
 }
 
 /// An output to be written.
@@ -145,8 +161,7 @@ impl To {
         if is_stdout(path) {
             return Ok(Self::Stdout(io::stdout()));
         }
-        // A symbolic link is followed to its target.
-        let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let path = target(path)?;
         if let Ok(there) = fs::metadata(&path) {
             // A file that is write-protected must not be replaced, either.
             let file = OpenOptions::new().write(true).open(&path)?;
@@ -221,5 +236,27 @@ mod tests {
         null.pen().write_all(b"text").unwrap();
         null.complete(Ok(())).unwrap();
         assert!(!fs::metadata("/dev/null").unwrap().is_file());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_to_no_file_makes_the_file_that_it_names() {
+        use std::os::unix::fs::{symlink, PermissionsExt};
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let write = |name: &str| {
+            let output = Output::create(&at(name)).unwrap();
+            output.pen().write_all(b"text").unwrap();
+            output.complete(Ok(())).unwrap();
+            fs::metadata(at(name)).unwrap().permissions().mode()
+        };
+        symlink("second", at("first")).unwrap();
+        symlink(at("real"), at("second")).unwrap();
+        assert_eq!(place(&at("first")), place(&at("real")));
+        assert_eq!(write("first"), write("plain"));
+        assert!(at("first").is_symlink() && at("second").is_symlink());
+        assert_eq!(fs::read(at("real")).unwrap(), b"text");
+        symlink("circle", at("circle")).unwrap();
+        assert!(Output::create(&at("circle")).is_err());
     }
 }

@@ -5,7 +5,7 @@ use super::args::ProfileArgs;
 use super::course::{Course, Text};
 use super::input;
 use super::output::{is_stdout, spare, Output};
-use super::said::say;
+use super::said::{aside, say};
 use super::setting_args::machine;
 use super::trials::trials;
 use super::{unusable, Unusable};
@@ -47,7 +47,7 @@ pub(super) fn profile(args: &ProfileArgs) -> Result<bool, Unusable> {
     if args.json {
         say(report.json(args.line_times))?;
     } else if !args.quiet && named(args).any(is_stdout) {
-        eprintln!("{report}");
+        aside(&report);
     } else if !args.quiet {
         say(&report)?;
     }

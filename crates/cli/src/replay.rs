@@ -1,9 +1,9 @@
 //! `leadscrew replay`: replays a recorded conversation with Grbl with this machine, in virtual
 //! time.
 
-use super::input;
+use super::input::{self, is_stdin, shown};
 use super::said::say;
-use super::{unusable, Unusable};
+use super::{all_done, unusable, Unusable};
 use clap::Args;
 use leadscrew_sim::replay::{judge, replay, Case, ReplayError};
 use std::path::{Path, PathBuf};
@@ -12,7 +12,8 @@ use std::{fmt, fs, io};
 /// Options of `replay`.
 #[derive(Args, Debug)]
 pub(super) struct ReplayArgs {
-    /// The conversation, as JSON. With --judge there may be several, and folders of them.
+    /// The conversation, as JSON; `-` reads standard input. With --judge there may be several, and
+    /// folders of them.
     #[arg(required = true, value_name = "CASE")]
     cases: Vec<PathBuf>,
     /// Print whether this machine's answers agree with the recorded ones, in place of the answers.
@@ -25,21 +26,21 @@ pub(super) struct ReplayArgs {
 /// Why a conversation cannot be replayed.
 #[derive(Debug)]
 enum Failure {
-    Unreadable(PathBuf, io::Error),
-    NotACase(PathBuf, serde_json::Error),
-    BadOp(PathBuf, ReplayError),
+    Unreadable(String, io::Error),
+    NotACase(String, serde_json::Error),
+    BadOp(String, ReplayError),
 }
 
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Unreadable(file, error) => {
-                write!(f, "{}: cannot be read: {error}", file.display())
+                write!(f, "{file}: cannot be read: {error}")
             }
             Self::NotACase(file, error) => {
-                write!(f, "{}: not a conversation: {error}", file.display())
+                write!(f, "{file}: not a conversation: {error}")
             }
-            Self::BadOp(file, error) => write!(f, "{}: {error}", file.display()),
+            Self::BadOp(file, error) => write!(f, "{file}: {error}"),
         }
     }
 }
@@ -60,13 +61,19 @@ pub(super) fn run(args: &ReplayArgs) -> Result<bool, Unusable> {
     Ok(true)
 }
 
-/// Prints for each conversation whether this machine agrees.
+/// Prints for each conversation whether this machine agrees. Goes on after a file that is none.
 fn judge_all(names: &[PathBuf]) -> Result<bool, Unusable> {
     let files = input::files(names, &["json"]).map_err(unusable)?;
-    let mut agreed = 0;
+    let (mut agreed, mut undone) = (0, Vec::new());
     for file in &files {
-        let (recorded, answered) = hold(file)?;
-        let name = file.display();
+        let (recorded, answered) = match hold(file) {
+            Ok(both) => both,
+            Err(message) => {
+                undone.push(message);
+                continue;
+            }
+        };
+        let name = shown(file);
         match judge(&recorded, &answered) {
             None => {
                 agreed += 1;
@@ -75,24 +82,28 @@ fn judge_all(names: &[PathBuf]) -> Result<bool, Unusable> {
             Some(differs) => say(format!("{name}: differs: {differs}"))?,
         }
     }
+    let judged = files.len() - undone.len();
     if files.len() > 1 {
-        say(format!("{agreed} of {} conversations agree", files.len()))?;
+        say(format!("{agreed} of {judged} conversations agree"))?;
     }
-    Ok(agreed == files.len())
+    all_done(&undone)?;
+    Ok(agreed == judged)
 }
 
 /// Replays a conversation. Returns it as recorded, and with this machine's answers.
 fn hold(file: &Path) -> Result<(Case, Case), Unusable> {
     let case = load(file).map_err(unusable)?;
-    let answered =
-        replay(&case).map_err(|error| unusable(Failure::BadOp(file.to_owned(), error)))?;
+    let answered = replay(&case).map_err(|error| unusable(Failure::BadOp(shown(file), error)))?;
     Ok((case, answered))
 }
 
 fn load(file: &Path) -> Result<Case, Failure> {
-    let text =
-        fs::read_to_string(file).map_err(|error| Failure::Unreadable(file.to_owned(), error))?;
-    serde_json::from_str(&text).map_err(|error| Failure::NotACase(file.to_owned(), error))
+    let text = match is_stdin(file) {
+        true => io::read_to_string(io::stdin()),
+        false => fs::read_to_string(file),
+    };
+    let text = text.map_err(|error| Failure::Unreadable(shown(file), error))?;
+    serde_json::from_str(&text).map_err(|error| Failure::NotACase(shown(file), error))
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! The result of a job: as lines for a person, as JSON for a program.
 
 use leadscrew_jobs::{
-    duration, error_json, verdict, warning_json, Complaint, Extents, JsonError, JsonWarning,
-    JSON_VERSION,
+    duration, error_json, pauses, verdict, warning_json, Complaint, Extents, JsonError,
+    JsonWarning, JSON_VERSION, RESUMED,
 };
 use leadscrew_sim::outcome::Outcome;
 use leadscrew_sim::powered::MOST_MOTORS;
@@ -23,8 +23,10 @@ pub(super) struct Report {
     pub(super) errors: Vec<Complaint>,
     /// How many errors there were.
     pub(super) error_count: u64,
-    /// Likely mistakes in the job.
+    /// The likely mistakes in the job that were kept.
     pub(super) warnings: Vec<Complaint>,
+    /// How many likely mistakes there were.
+    pub(super) warning_count: u64,
     /// The alarm that ended the job.
     pub(super) alarm: Option<Complaint>,
     /// The result of the simulation.
@@ -37,7 +39,7 @@ pub(super) struct Report {
     pub(super) steps_per_rev: Vec<Option<f64>>,
     /// Whether motors 0 and 1 turn X and Y together, by crossed belts.
     pub(super) crossed: bool,
-    /// Length of the feed moves, mm.
+    /// Length of the cuts, mm.
     pub(super) cut_mm: f64,
     /// Length of all other moves, mm.
     pub(super) travel_mm: f64,
@@ -49,7 +51,7 @@ pub(super) struct Report {
     pub(super) tools: Vec<u32>,
     /// How many synchronised outputs there are.
     pub(super) outputs: u8,
-    /// The box around all feed moves.
+    /// The box around all cuts.
     pub(super) extents: Option<Extents>,
     /// How long the simulation took in real time, s.
     pub(super) wall_seconds: f64,
@@ -63,15 +65,21 @@ pub(super) struct RunJson<'a> {
     file: &'a str,
     lines: u64,
     errors: Vec<JsonError<'a>>,
+    error_count: u64,
     warnings: Vec<JsonWarning<'a>>,
+    warning_count: u64,
     alarm: Option<u8>,
     alarm_line: Option<u64>,
     pauses: &'a [u64],
     tools: &'a [u32],
     #[serde(skip_serializing_if = "Option::is_none")]
     outputs: Option<JsonOutputs>,
+    /// The box around all cuts, in machine coordinates, mm.
     extents: Option<&'a Extents>,
+    /// Length of the feed moves, mm; with a laser only of those with power, on a machine with
+    /// filament only of those that feed some.
     cut_mm: f64,
+    /// Length of all other moves, mm.
     travel_mm: f64,
     job_seconds: f64,
     motion_seconds: f64,
@@ -126,7 +134,9 @@ impl Report {
             file: &self.file,
             lines: self.lines,
             errors: self.errors.iter().map(error_json).collect(),
+            error_count: self.error_count,
             warnings: self.warnings.iter().map(warning_json).collect(),
+            warning_count: self.warning_count,
             alarm: self.alarm.as_ref().map(|alarm| alarm.fault.code()),
             alarm_line: self.alarm.as_ref().map(|alarm| alarm.line),
             pauses: &self.pauses,
@@ -217,7 +227,7 @@ impl fmt::Display for Report {
             ),
         )?;
         if !self.pauses.is_empty() {
-            row(f, "pauses", &pauses(&self.pauses))?;
+            row(f, "pauses", &pauses(&self.pauses, RESUMED))?;
         }
         row(
             f,
@@ -281,25 +291,6 @@ impl Report {
             None => "never waits (use --baud for a real one)".to_owned(),
         }
     }
-}
-
-/// The most lines that are named one by one.
-const NAMED_PAUSES: usize = 8;
-
-/// The sentence about the program's pauses.
-fn pauses(lines: &[u64]) -> String {
-    let named: Vec<String> = lines
-        .iter()
-        .take(NAMED_PAUSES)
-        .map(u64::to_string)
-        .collect();
-    let more = if lines.len() > NAMED_PAUSES {
-        ", ..."
-    } else {
-        ""
-    };
-    let (count, places) = (lines.len(), named.join(", "));
-    format!("{count} (M0, M6), resumed at once: the time is without them; line {places}{more}")
 }
 
 fn row(f: &mut fmt::Formatter<'_>, name: &str, value: &str) -> fmt::Result {

@@ -6,7 +6,7 @@ use super::input::{self, Job};
 use super::output::{is_stdout, spare, Output, OutputError};
 use super::playback;
 use super::report::{json_text, Report};
-use super::said::say;
+use super::said::{aside, say};
 use super::setting_args::{machine, say_capped};
 use super::told::{progress_bar, teller};
 use super::watchers::{Sketch, StepList, WaveformFile};
@@ -194,6 +194,7 @@ fn simulate(
         error_count: done.error_count,
         alarm: done.alarm,
         warnings: done.warnings,
+        warning_count: done.warning_count,
         outcome: done.outcome,
         letters: machine.file.letters(),
         steps_per_mm: steps_per_mm(machine),
@@ -274,7 +275,7 @@ fn tell(args: &JobArgs, report: &Report) -> Result<(), Unusable> {
     if args.quiet {
         Ok(())
     } else if named(args).any(is_stdout) {
-        eprintln!("{report}");
+        aside(report);
         Ok(())
     } else {
         say(report)

@@ -1,8 +1,8 @@
-//! The text of a command on standard output.
+//! The text of a command on standard output and standard error.
 
 use super::{unusable, Unusable};
 use std::fmt::Display;
-use std::io::{self, stdout, ErrorKind, Write};
+use std::io::{self, stderr, stdout, ErrorKind, Write};
 
 /// Writes a text to standard output and ends its last line.
 ///
@@ -20,6 +20,11 @@ pub(super) fn put(bytes: &[u8]) -> Result<(), Unusable> {
     let mut out = stdout().lock();
     let written = out.write_all(bytes).and_then(|()| out.flush());
     unless_left(written).map_err(|error| unusable(format!("standard output: {error}")))
+}
+
+/// Writes a line to standard error. Where nobody reads it, or it is full, the command goes on.
+pub(super) fn aside(text: impl Display) {
+    let _ = stderr().write_all(format!("{text}\n").as_bytes());
 }
 
 /// The outcome of writing to standard output. A reader that has closed it early (`| head`) is no

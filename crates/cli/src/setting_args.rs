@@ -1,6 +1,7 @@
 //! The machine from the command line: a machine file, overridden by a settings file, overridden by
 //! single settings.
 
+use super::said::aside;
 use super::{unusable, Unusable};
 use clap::Args;
 use leadscrew_jobs::{capped, settings_file, Machine};
@@ -50,6 +51,6 @@ pub(super) fn machine(args: &SettingArgs) -> Result<Machine, Unusable> {
 /// Prints on standard error which rates the machine cannot reach.
 pub(super) fn say_capped(machine: &Machine) {
     for words in capped(machine) {
-        eprintln!("note: {words}");
+        aside(format!("note: {words}"));
     }
 }

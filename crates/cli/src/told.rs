@@ -1,5 +1,6 @@
 //! The lines on the terminal while a job runs: its errors as they come, and its progress.
 
+use super::said::aside;
 use indicatif::{ProgressBar, ProgressStyle};
 use leadscrew_jobs::News;
 use std::io::{self, IsTerminal};
@@ -14,15 +15,15 @@ pub(super) fn teller(quiet: bool) -> fn(&News<'_>) {
 
 fn tell_errors(news: &News<'_>) {
     if let News::Complaint(complaint) = news {
-        eprintln!("{complaint}");
+        aside(complaint);
     }
 }
 
 fn tell(news: &News<'_>) {
     match news {
         News::Complaint(_) => tell_errors(news),
-        News::Unlocked => eprintln!("leadscrew: homing is on ($22=1): unlocked by $X, not homed; the job starts at machine position 0"),
-        News::FurtherErrors => eprintln!("leadscrew: further errors are counted, not shown"),
+        News::Unlocked => aside("leadscrew: homing is on ($22=1): unlocked by $X, not homed; the job starts at machine position 0"),
+        News::FurtherErrors => aside("leadscrew: further errors are counted, not shown"),
     }
 }
 

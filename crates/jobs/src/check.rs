@@ -7,6 +7,7 @@ use crate::json::{
     error_json, extents, warning_json, Extents, JsonError, JsonWarning, JSON_VERSION,
 };
 use crate::remark::Remarks;
+use crate::words::pauses;
 use leadscrew_sim::scene::{note_tools, Toolpath};
 use leadscrew_sim::streamer::Lines;
 use schemars::JsonSchema;
@@ -121,7 +122,9 @@ impl CheckReport {
             file: &self.file,
             lines: self.lines,
             errors: self.errors.iter().map(error_json).collect(),
+            error_count: self.error_count,
             warnings: self.warnings.iter().map(warning_json).collect(),
+            warning_count: self.warning_count,
             extents: self.extents.as_ref(),
             cut_mm: self.cut_mm,
             travel_mm: self.travel_mm,
@@ -146,7 +149,11 @@ impl CheckReport {
 
 impl fmt::Display for CheckReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {} lines, {}", self.file, self.lines, self.verdict())
+        write!(f, "{}: {} lines, {}", self.file, self.lines, self.verdict())?;
+        match self.pauses.as_slice() {
+            [] => Ok(()),
+            lines => write!(f, "\n  pauses       {}", pauses(lines, "")),
+        }
     }
 }
 
@@ -158,9 +165,15 @@ pub struct CheckJson<'a> {
     file: &'a str,
     lines: u64,
     errors: Vec<JsonError<'a>>,
+    error_count: u64,
     warnings: Vec<JsonWarning<'a>>,
+    warning_count: u64,
+    /// The box around all cuts, in machine coordinates, mm.
     extents: Option<&'a Extents>,
+    /// Length of the feed moves, mm; with a laser only of those with power, on a machine with
+    /// filament only of those that feed some.
     cut_mm: f64,
+    /// Length of all other moves, mm.
     travel_mm: f64,
     tools: &'a [u32],
     pauses: &'a [u64],

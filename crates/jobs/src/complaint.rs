@@ -12,6 +12,7 @@ use crate::remark::Remark;
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::status::Status;
 use leadscrew_sim::own::{alarm_of, error_of};
+use std::borrow::Cow;
 use std::fmt;
 
 /// Why a line of a job was refused, why the machine stopped at it, or what is odd about it.
@@ -148,6 +149,15 @@ impl Complaint {
             fault,
             text: String::from_utf8_lossy(text).into_owned(),
             detail: None,
+        }
+    }
+
+    /// The short text, with the details of this case.
+    pub(crate) fn message(&self) -> Cow<'_, str> {
+        let message = self.fault.message();
+        match &self.detail {
+            Some(detail) => format!("{message}: {detail}").into(),
+            None => message.into(),
         }
     }
 

@@ -3,12 +3,13 @@
 use crate::complaint::Complaint;
 use schemars::JsonSchema;
 use serde::Serialize;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// Version of all that `--json` writes; fields that are added do not raise it.
 pub const JSON_VERSION: u32 = 1;
 
-/// The box around all feed moves, axis by axis.
+/// The box around all cuts, axis by axis.
 pub type Extents = BTreeMap<char, Extent>;
 
 /// The range of coordinates along one axis, mm.
@@ -33,7 +34,7 @@ pub struct JsonError<'a> {
     line: u64,
     column: Option<usize>,
     code: u8,
-    message: &'a str,
+    message: Cow<'a, str>,
     text: &'a str,
 }
 
@@ -43,7 +44,7 @@ pub fn error_json(complaint: &Complaint) -> JsonError<'_> {
         line: complaint.line,
         column: complaint.column.map(|column| column + 1),
         code: complaint.fault.code(),
-        message: complaint.fault.message(),
+        message: complaint.message(),
         text: &complaint.text,
     }
 }
@@ -54,7 +55,7 @@ pub struct JsonWarning<'a> {
     line: u64,
     column: Option<usize>,
     kind: &'static str,
-    message: &'static str,
+    message: Cow<'a, str>,
     text: &'a str,
 }
 
@@ -64,7 +65,7 @@ pub fn warning_json(complaint: &Complaint) -> JsonWarning<'_> {
         line: complaint.line,
         column: complaint.column.map(|column| column + 1),
         kind: complaint.fault.name(),
-        message: complaint.fault.message(),
+        message: complaint.message(),
         text: &complaint.text,
     }
 }

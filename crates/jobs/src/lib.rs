@@ -33,7 +33,7 @@ pub use machine::{capped, Machine, TIMING};
 pub use profile::{limits_of, without_lead, ProfileJson, ProfileReport, Trial};
 pub use remark::{Done, Remark};
 pub use stream::{Counted, News, Stream, Streamed};
-pub use words::{duration, title, verdict};
+pub use words::{duration, pauses, title, verdict, RESUMED};
 
 /// The example of the package's README, run as a test.
 #[cfg(doctest)]

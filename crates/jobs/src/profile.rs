@@ -4,7 +4,7 @@ use crate::complaint::Complaint;
 use crate::json::{error_json, JsonError, JSON_VERSION};
 use crate::machine::{Machine as Chosen, TIMING};
 use crate::stream::Streamed;
-use crate::words::{duration, verdict};
+use crate::words::{duration, pauses, verdict, RESUMED};
 use leadscrew_gcode::Number;
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::{Entry, Key};
@@ -66,6 +66,7 @@ pub struct ProfileReport {
     errors: Vec<Complaint>,
     error_count: u64,
     alarm: Option<Complaint>,
+    pauses: Vec<u64>,
     /// When the first byte came: the start of the job's time.
     pub begin: Cycle,
     /// The job's time from `begin`, cycles.
@@ -94,6 +95,7 @@ impl ProfileReport {
             errors: done.errors,
             error_count: done.error_count,
             alarm: done.alarm,
+            pauses: done.pauses,
             begin,
             job_cycles: done.outcome.job_cycles,
             shares: shares(&stretches),
@@ -123,7 +125,7 @@ impl ProfileReport {
         cycles as f64 / self.job_cycles.max(1) as f64
     }
 
-    /// The report as JSON; `line_times` adds the time at each line.
+    /// The report as JSON; `line_times` adds the time that each line moves the machine.
     pub fn json(&self, line_times: bool) -> String {
         let share = |share: &Share| JsonShare {
             limit: share.limit.name(&self.letters),
@@ -137,7 +139,9 @@ impl ProfileReport {
             file: &self.file,
             lines: self.lines,
             errors: self.errors.iter().map(error_json).collect(),
+            error_count: self.error_count,
             alarm: self.alarm.as_ref().map(|alarm| alarm.fault.code()),
+            pauses: &self.pauses,
             job_seconds: seconds(self.job_cycles),
             limits: self.shares.iter().map(share).collect(),
             trials: &self.trials,
@@ -225,6 +229,10 @@ impl fmt::Display for ProfileReport {
         writeln!(f, "{}: {} lines, {}", self.file, self.lines, self.verdict())?;
         let time = duration(seconds(self.job_cycles));
         writeln!(f, "  job time     {time} from the first byte to rest")?;
+        if !self.pauses.is_empty() {
+            let told = pauses(&self.pauses, RESUMED);
+            writeln!(f, "  pauses       {told}")?;
+        }
         self.write_shares(f)?;
         self.write_trials(f)
     }
@@ -238,7 +246,9 @@ pub struct ProfileJson<'a> {
     file: &'a str,
     lines: u64,
     errors: Vec<JsonError<'a>>,
+    error_count: u64,
     alarm: Option<u8>,
+    pauses: &'a [u64],
     job_seconds: f64,
     limits: Vec<JsonShare>,
     trials: &'a [Trial],

@@ -72,8 +72,10 @@ pub struct Streamed<O> {
     pub error_count: u64,
     /// The alarm that ended the job.
     pub alarm: Option<Complaint>,
-    /// Likely mistakes, as `check` finds them; empty where they were not asked for.
+    /// Likely mistakes, as `check` finds them, up to 10 000; empty where they were not asked for.
     pub warnings: Vec<Complaint>,
+    /// How many likely mistakes there were.
+    pub warning_count: u64,
     /// The lines at which the program paused for its operator (M0).
     pub pauses: Vec<u64>,
     /// The tools that it asked for.
@@ -132,6 +134,7 @@ impl Stream<'_> {
             error_count: complaints.count,
             alarm: complaints.alarm,
             warnings: complaints.warnings,
+            warning_count: complaints.warning_count,
             pauses,
             tools: complaints.tools,
             counted: Counted {
@@ -331,6 +334,7 @@ struct Complaints {
     /// Looks for likely mistakes; `None` where they were not asked for.
     remarks: Option<Remarks>,
     warnings: Vec<Complaint>,
+    warning_count: u64,
     /// Whether lines after a refused one are sent all the same.
     keep_going: bool,
     tell: fn(&News<'_>),
@@ -355,6 +359,7 @@ impl Complaints {
             sizes: None,
             remarks: None,
             warnings: Vec::new(),
+            warning_count: 0,
             keep_going: false,
             tell,
         }
@@ -445,6 +450,7 @@ impl Replies for Complaints {
             return;
         };
         for (column, remark) in remarks.read(line) {
+            self.warning_count += 1;
             if self.warnings.len() < KEPT_WARNINGS {
                 let warning = self.complaint(number, Some(column), Fault::Remark(remark), line);
                 self.warnings.push(warning);

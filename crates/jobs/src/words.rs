@@ -31,6 +31,20 @@ pub fn duration(seconds: f64) -> String {
     }
 }
 
+/// The most lines that are named one by one.
+const NAMED_PAUSES: usize = 8;
+
+/// What becomes of pauses when nobody is there, for [`pauses`].
+pub const RESUMED: &str = ", resumed at once: the time is without them";
+
+/// How often a program pauses for its operator, and at which lines; `note` follows the number.
+pub fn pauses(lines: &[u64], note: &str) -> String {
+    let named = lines.iter().take(NAMED_PAUSES).map(u64::to_string);
+    let (count, places) = (lines.len(), named.collect::<Vec<_>>().join(", "));
+    let more = if count > NAMED_PAUSES { ", ..." } else { "" };
+    format!("{count} (M0, M6){note}; line {places}{more}")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -18,6 +18,7 @@ import {Path} from "scene";
  * @typedef {object} Check
  * @property {number} lines
  * @property {Finding[]} errors
+ * @property {number} error_count
  * @property {Finding[]} warnings
  * @property {Record<string, {min: number, max: number}> | null} extents
  * @property {number} cut_mm
@@ -87,7 +88,7 @@ export class Job {
     if (check.tools.length) facts.push(`tools ${check.tools.join(", ")}`);
     if (check.pauses.length) facts.push(plural(check.pauses.length, "pause"));
     say(by("job-facts"), facts.join(" · "));
-    if (!this.profile) say(by("job-time"), check.errors.length ? plural(check.errors.length, "error") : "timing …");
+    if (!this.profile) say(by("job-time"), check.error_count ? plural(check.error_count, "error") : "timing …");
     /** @type {Map<number, "error" | "warning">} */
     const marks = new Map();
     const list = [];

@@ -79,7 +79,7 @@ impl Default for Allowed {
 pub enum Foreign {
     /// The request comes from a page of another origin.
     Origin(String),
-    /// The request uses a name of this computer that anybody may own.
+    /// The request uses a name of this computer that anybody may own; empty where it has none.
     Host(String),
 }
 
@@ -90,6 +90,9 @@ impl fmt::Display for Foreign {
                 f,
                 "a web page from elsewhere, {page:?}; `--allow {page}` lets it in"
             ),
+            Self::Host(name) if name.is_empty() => {
+                f.write_str("it does not say which computer it asks for (`Host`)")
+            }
             Self::Host(name) => write!(
                 f,
                 "it asks for a computer called {name:?}; `--allow {name}` says that it is this one"
@@ -213,6 +216,8 @@ mod tests {
         }
         assert_eq!(check(&["cnc.local"], &[(HOST, "CNC.local:81")]), Ok(()));
         assert!(check(&[], &[(HOST, "localhost"), (HOST, "attacker.example")]).is_err());
+        let nameless = check(&[], &[]).unwrap_err().to_string();
+        assert!(!nameless.contains("--allow"), "{nameless}");
         // The message names what `--allow` takes.
         let foreign = check(&[], &[(HOST, "cnc.local:81")])
             .unwrap_err()

@@ -18,6 +18,7 @@ import os
 import subprocess
 import sys
 import sysconfig
+from decimal import Decimal
 from typing import Any, Mapping, Optional, Sequence, Union, cast
 
 from ._types import Check, Profile, Run
@@ -87,7 +88,7 @@ def profile(
     line_times: bool = False,
 ) -> Profile:
     """Finds out where the time of a job goes: which limit binds when. With `trials`, the job runs again to tell what each change of a
-    setting would save; with `line_times`, how long the machine is at each line."""
+    setting would save; with `line_times`, how long each line moves the machine."""
     options = _machine(machine, settings) + _line(baud, keep_going)
     options += [] if trials else ["--no-trials"]
     options += ["--line-times"] if line_times else []
@@ -98,10 +99,15 @@ def _machine(machine: Optional["os.PathLike[str]"], settings: Optional[Settings]
     options = [] if machine is None else ["--machine", os.fspath(machine)]
     if isinstance(settings, Mapping):
         for number, value in settings.items():
-            options += ["--set", f"${number}={value}"]
+            options += ["--set", f"${number}={_decimal(value)}"]
     elif settings is not None:
         options += ["--settings", os.fspath(settings)]
     return options
+
+
+def _decimal(value: float) -> str:
+    """The number as G-code has numbers: without an exponent, and a `bool` as 0 or 1."""
+    return str(int(value)) if isinstance(value, int) else format(Decimal(repr(float(value))), "f")
 
 
 def _line(baud: Optional[int], keep_going: bool) -> list[str]:

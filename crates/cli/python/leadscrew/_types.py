@@ -26,20 +26,24 @@ class Warning(TypedDict):
 
 
 class Extent(TypedDict):
-    """How far all feed moves reach on an axis, mm."""
+    """How far all cuts reach on an axis, mm."""
 
     min: float
     max: float
 
 
 class Check(TypedDict):
-    """What `check` answers."""
+    """What `check` answers. A laser's feed move without power counts as travel, as does a printer's
+    without filament.
+    """
 
     version: int
     file: str
     lines: int
     errors: List[Error]
+    error_count: int
     warnings: List[Warning]
+    warning_count: int
     extents: Optional[Dict[str, Extent]]
     cut_mm: float
     travel_mm: float
@@ -69,13 +73,15 @@ class Cpu(TypedDict):
 
 
 class Run(TypedDict):
-    """What `run` answers."""
+    """What `run` answers. Cuts are those of `Check`."""
 
     version: int
     file: str
     lines: int
     errors: List[Error]
+    error_count: int
     warnings: List[Warning]
+    warning_count: int
     alarm: Optional[int]
     alarm_line: Optional[int]
     pauses: List[int]
@@ -116,7 +122,7 @@ class Trial(TypedDict):
 
 
 class LineTime(TypedDict):
-    """How long the machine is at a line."""
+    """How long a line moves the machine; a line that does not, such as `G4`, has none."""
 
     line: int
     seconds: float
@@ -127,7 +133,9 @@ class _Profile(TypedDict):
     file: str
     lines: int
     errors: List[Error]
+    error_count: int
     alarm: Optional[int]
+    pauses: List[int]
     job_seconds: float
     limits: List[Limit]
     trials: List[Trial]

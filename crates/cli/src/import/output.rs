@@ -1,7 +1,7 @@
 //! Reads input files and writes jobs.
 
 use super::super::output::{is_input, is_stdout, Output};
-use super::super::said::say;
+use super::super::said::{aside, say};
 use super::super::{input, unusable, Unusable};
 use super::OutputArgs;
 use leadscrew_import::{Faults, Job};
@@ -26,8 +26,7 @@ pub(in super::super) fn read(name: &Path) -> Result<String, Unusable> {
 /// The value that a reader returned. If it returned faults instead, prints them and returns `None`.
 pub(in super::super) fn shown<T>(name: &Path, text: &str, read: Result<T, Faults>) -> Option<T> {
     let name = name.display().to_string();
-    read.map_err(|faults| eprintln!("{}", faults.show(&name, text)))
-        .ok()
+    read.map_err(|faults| aside(faults.show(&name, text))).ok()
 }
 
 /// Writes a job to `path` and prints its notes. A file in `inputs` is never overwritten.
@@ -41,7 +40,9 @@ pub(in super::super) fn write(
     args: &OutputArgs,
 ) -> Result<(), Unusable> {
     if !args.quiet {
-        job.notes.iter().for_each(|note| eprintln!("note: {note}"));
+        job.notes
+            .iter()
+            .for_each(|note| aside(format!("note: {note}")));
     }
     let text = job.lines.join("\n");
     if is_stdout(path) {

@@ -161,7 +161,7 @@ fn drills(holes: &[Hole]) -> Vec<(Hole, usize)> {
     drills
 }
 
-/// A length rounded to a hundredth of a millimetre.
+/// A length rounded to a thousandth of a millimetre.
 fn millimetres(mm: f32) -> String {
-    label((f64::from(mm) * 100.0).round() / 100.0)
+    label((f64::from(mm) * 1000.0).round() / 1000.0)
 }

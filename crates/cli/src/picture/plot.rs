@@ -18,8 +18,9 @@ use svg::node::element::{Circle, ClipPath, Definitions, Group, Image, Path, Use}
 const LEAST_HEIGHT: f64 = 160.0;
 /// Width of a cut whose tool has no known width: a visible thin line.
 pub(super) const HAIR: f64 = 1.4;
-/// Radius of a hole whose drill is not known, and the least visible radius.
-pub(super) const PLAIN_HOLE: f64 = 3.0;
+/// Radius of a hole whose drill is not known, which shows around the dot of the end; and the least
+/// visible radius.
+pub(super) const PLAIN_HOLE: f64 = 4.0;
 const LEAST_HOLE: f64 = 1.2;
 /// Length of cut from one arrow to the next; the size of a square that has at most one arrow; and
 /// the most arrows.

@@ -105,19 +105,19 @@ mod tests {
         path.go([5.0, 5.0, 1.0], StrokeKind::Travel);
         path.go([5.0, 5.0, -4.0], StrokeKind::cut(0.0));
         path.go([5.0, 5.0, 1.0], StrokeKind::Travel);
-        path.tool_mm = 6.0;
+        path.tool_mm = 3.175;
         for x in [0.0, 20.0] {
             path.go([x, 5.0, -2.0], StrokeKind::cut(0.0));
         }
         let svg = picture(&path, None);
-        // The path is 20 mm long, with half a tool of 6 mm added on each side. The plot is 856
+        // The path is 20 mm long, with half a tool of 3.175 mm added on each side. The plot is 856
         // pixels wide, with a margin of 4 % of the path on each side.
-        let per_mm: f64 = 856.0 / (20.0 * 1.08 + 6.0);
-        let wide = format!("stroke-width=\"{}\"", (600.0 * per_mm).round() / 100.0);
+        let per_mm: f64 = 856.0 / (20.0 * 1.08 + 3.175);
+        let wide = format!("stroke-width=\"{}\"", (317.5 * per_mm).round() / 100.0);
         assert!(svg.contains(&wide), "{wide} in {svg}");
         let radius = format!("r=\"{}\"", (150.0 * per_mm).round() / 100.0);
         assert!(svg.contains(&radius), "{radius} in {svg}");
-        for words in ["tool 6 mm", "1 hole of 3 mm down to Z -4"] {
+        for words in ["tool 3.175 mm", "1 hole of 3 mm down to Z -4"] {
             assert!(svg.contains(words), "{words} in {svg}");
         }
         assert!(!svg.contains("tool 3 mm"));

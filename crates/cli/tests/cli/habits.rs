@@ -70,6 +70,8 @@ fn a_picture_for_standard_output_goes_there_and_nothing_else_does() {
         let both = leadscrew(&[command, &job, "--svg", "-", "--json"]);
         assert_eq!(both.status.code(), Some(2), "{command}");
     }
+    let both = leadscrew(&["check", &job, "--svg", "-", "--github"]);
+    assert_eq!(both.status.code(), Some(2));
 }
 
 #[test]
@@ -116,14 +118,14 @@ fn pauses_of_the_program_are_told() {
     let json = report(&[&job]);
     assert_eq!(json["pauses"], Value::from(vec![2, 4]));
     assert_eq!(json["tools"], Value::from(vec![7]));
-    let text = stdout(&leadscrew(&["run", &job]));
-    assert!(
-        text.contains("pauses") && text.contains("line 2, 4"),
-        "{text}"
-    );
-    let check = leadscrew(&["check", "--json", &job]);
-    let json: Value = serde_json::from_str(&stdout(&check)).unwrap();
-    assert_eq!(json["pauses"], Value::from(vec![2, 4]));
+    for command in ["run", "check", "profile"] {
+        let text = stdout(&leadscrew(&[command, &job]));
+        let told = text.contains("  pauses       2 (M0, M6)") && text.contains("line 2, 4\n");
+        assert!(told, "{text}");
+        let json = stdout(&leadscrew(&[command, "--json", &job]));
+        let json: Value = serde_json::from_str(&json).unwrap();
+        assert_eq!(json["pauses"], Value::from(vec![2, 4]), "{command}");
+    }
 }
 
 #[test]
@@ -295,6 +297,8 @@ fn check_warns_of_what_nobody_can_have_meant() {
         warnings,
         expected.map(|(line, kind)| (Some(line), Some(kind)))
     );
+    let message = json["warnings"][3]["message"].as_str().unwrap();
+    assert!(message.contains("its travel is"), "{message}");
     assert_eq!(json["version"], 1);
     // Warnings alone do not make the check fail.
     let fine = folder.file("fine.nc", "G21 (mm\n");
@@ -444,4 +448,16 @@ fn replay_judges() {
         "{text}"
     );
     assert!(text.contains("1 of 2 conversations agree"), "{text}");
+    let none = folder.file("a.json", "[");
+    let all = leadscrew(&["replay", "--judge", &none, &right, "no.json"]);
+    assert_eq!(all.status.code(), Some(2));
+    assert!(stdout(&all).contains("right.json: agrees"));
+    assert!(stdout(&all).contains("1 of 1 conversations agree"));
+    let said = stderr(&all);
+    let named = said.contains("a.json: not a conv") && said.contains("no.json: cannot be read");
+    assert!(named, "{said}");
+    let piped = Stdio::from(fs::File::open(&right).unwrap());
+    let piped = output(start(&["replay", "--judge", "-"], piped));
+    assert_eq!(piped.status.code(), Some(0), "{}", stderr(&piped));
+    assert_eq!(stdout(&piped), "standard input: agrees\n");
 }

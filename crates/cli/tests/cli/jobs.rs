@@ -62,7 +62,10 @@ fn check_finds_all_errors_at_once_and_soft_limits_too() {
         .map(|e| (e["line"].as_u64().unwrap(), e["code"].as_u64().unwrap()))
         .collect();
     assert_eq!(found, [(2, 22), (3, 20), (5, 2), (6, 15), (7, 2)]);
-    assert!(stderr(&output).contains("X would be at 5.000 mm, its travel is -200.000 to 0"));
+    let words = "X would be at 5.000 mm, its travel is -200.000 to 0";
+    assert!(stderr(&output).contains(words));
+    let message = json["errors"][2]["message"].as_str().unwrap();
+    assert!(message.ends_with(&format!(": {words}")), "{message}");
     assert_eq!(
         leadscrew(&["check", &folder.file("good.nc", SQUARE)])
             .status

@@ -218,6 +218,8 @@ fn a_reader_that_has_seen_enough_is_no_failure() {
             stderr(&output)
         );
     }
+    let wrong = unread(&["check", "--github", &folder.file("wrong.nc", "G1 X1\n")]);
+    assert_eq!(wrong.status.code(), Some(1), "{}", stderr(&wrong));
 }
 
 #[cfg(target_os = "linux")]
@@ -225,9 +227,17 @@ fn a_reader_that_has_seen_enough_is_no_failure() {
 fn an_output_that_cannot_be_written_is_said() {
     let folder = Folder::new();
     let job = folder.file("job.nc", "G1 X1 F600\n");
-    let full = fs::File::options().write(true).open("/dev/full").unwrap();
-    let mut program = Command::new(env!("CARGO_BIN_EXE_leadscrew"));
-    let output = program.args(["run", &job]).stdout(full).output().unwrap();
-    assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains("standard output: "));
+    let wrong = folder.file("wrong.nc", "G1 X1\n");
+    let full = || fs::File::options().write(true).open("/dev/full").unwrap();
+    for args in [["run", &job].as_slice(), &["check", "--github", &wrong]] {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_leadscrew"));
+        let output = program.args(args).stdout(full()).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{args:?}");
+        assert!(stderr(&output).contains("standard output: "), "{args:?}");
+    }
+    for command in ["run", "check", "profile"] {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_leadscrew"));
+        let status = program.args([command, &wrong]).stderr(full()).output();
+        assert_eq!(status.unwrap().status.code(), Some(1), "{command}");
+    }
 }

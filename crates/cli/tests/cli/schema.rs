@@ -76,3 +76,23 @@ fn what_json_writes_fits_its_schema() {
         assert!(fits(&other, &schema, &schema).is_err(), "{command}");
     }
 }
+
+#[test]
+fn findings_that_are_not_listed_are_counted() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", "G77\n(never\n".repeat(10_001));
+    for (command, listed) in [("check", [10_000, 10_000]), ("run", [100, 10_000])] {
+        let option = if command == "run" {
+            "--keep-going"
+        } else {
+            "--quiet"
+        };
+        let text = stdout(&leadscrew(&[command, option, "--json", &job]));
+        let json: Value = serde_json::from_str(&text).unwrap();
+        for (kind, listed) in ["error", "warning"].into_iter().zip(listed) {
+            let list = json[format!("{kind}s")].as_array().unwrap();
+            assert_eq!(list.len(), listed, "{command} {kind}");
+            assert_eq!(json[format!("{kind}_count")], 10_001, "{command} {kind}");
+        }
+    }
+}

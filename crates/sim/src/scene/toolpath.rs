@@ -96,7 +96,7 @@ pub struct Toolpath {
     start: [f64; 3],
     cut_mm: f64,
     travel_mm: f64,
-    /// The corners of the box around all feed moves.
+    /// The corners of the box around all cuts.
     cut: Option<[[f64; 3]; 2]>,
 }
 
@@ -121,7 +121,7 @@ impl Toolpath {
         self.moves.is_some()
     }
 
-    /// The lowest and the highest X, Y and Z of all feed moves, mm; `None` where there was none.
+    /// The lowest and the highest X, Y and Z of all cuts, mm; `None` where there was none.
     pub fn cut_bounds(&self) -> Option<[[f64; 3]; 2]> {
         self.cut
     }
@@ -176,7 +176,7 @@ impl Toolpath {
         });
     }
 
-    /// Length of the feed moves, mm.
+    /// Length of the cuts, mm.
     pub fn cut_mm(&self) -> f64 {
         self.cut_mm
     }
@@ -199,25 +199,18 @@ impl Toolpath {
         }
     }
 
-    /// Drilled holes, in order: places where the tool went down at feed rate and up again without
-    /// moving in X or Y. Consecutive strokes at one place are one hole.
+    /// Drilled holes, in order: places where the tool went down at feed rate, and up again or not
+    /// at all, without moving in X or Y. Consecutive strokes at one place are one hole.
     pub fn holes(&self) -> Vec<Hole> {
         let mut holes: Vec<Hole> = Vec::new();
         let mut plunge: Option<Hole> = None;
         for pair in self.moves().windows(2) {
             let (from, to) = (pair[0].to, pair[1].to);
-            if [from[0], from[1]] != [to[0], to[1]] || pair[1].way == Way::Jump {
+            let is_jump = pair[1].way == Way::Jump;
+            if !is_jump && !is_vertical(pair) {
                 plunge = None;
-                continue;
-            }
-            if to[2] > from[2] {
-                match (plunge.take(), holes.last_mut()) {
-                    (Some(new), Some(last)) if last.at == new.at => {
-                        last.bottom = last.bottom.min(new.bottom);
-                    }
-                    (Some(new), _) => holes.push(new),
-                    (None, _) => {}
-                }
+            } else if is_jump || to[2] > from[2] {
+                add(&mut holes, plunge.take());
             } else if to[2] < from[2] {
                 let new = Hole {
                     at: [to[0], to[1]],
@@ -227,6 +220,7 @@ impl Toolpath {
                 plunge = (pair[1].way == Way::Cut).then_some(new);
             }
         }
+        add(&mut holes, plunge);
         holes
     }
 
@@ -300,6 +294,15 @@ pub struct Hole {
     pub tool_mm: f32,
 }
 
+/// Adds a hole, or deepens the last one if that is at the same place.
+fn add(holes: &mut Vec<Hole>, new: Option<Hole>) {
+    match (new, holes.last_mut()) {
+        (Some(new), Some(last)) if last.at == new.at => last.bottom = last.bottom.min(new.bottom),
+        (Some(new), _) => holes.push(new),
+        (None, _) => {}
+    }
+}
+
 /// Whether a move keeps its X and Y.
 fn is_vertical(pair: &[Drawn]) -> bool {
     pair[0].to[..2] == pair[1].to[..2]
@@ -370,6 +373,12 @@ mod tests {
         let places: Vec<[f32; 2]> = holes.iter().map(|hole| hole.at).collect();
         assert_eq!(places, [[5.0, 1.0], [5.0, 2.0]]);
         assert!(holes.iter().all(|hole| hole.bottom == -2.0), "{holes:?}");
+        // The machine leaves the first of these holes on its own, and the job ends in the second.
+        for x in [7.0, 8.0] {
+            path.resume_at([x, 2.0, 1.0]);
+            path.go([x, 2.0, -3.0], StrokeKind::cut(0.0));
+        }
+        assert_eq!(path.holes().len(), 4);
     }
 
     #[test]
