@@ -207,11 +207,6 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
             .filter(|_| self.waiting() > 0)
     }
 
-    /// The planned move at `index`; the running one is the first.
-    pub(crate) fn planned(&self, index: usize) -> Option<&PlannedMove<AXES, MOTORS>> {
-        self.moves.get(index).filter(|_| index < self.planned)
-    }
-
     /// Appends a move that is not planned yet. The caller has checked that there is room.
     pub(crate) fn push(&mut self, planned: &PlannedMove<AXES, MOTORS>) {
         let _room = self.moves.push_back(*planned);

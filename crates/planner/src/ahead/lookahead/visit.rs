@@ -1,4 +1,5 @@
-//! Looks at planned moves without changing them: for reports and for the explanation of a job.
+//! Looks at planned moves without changing them: for ramps that go on in later moves, for reports
+//! and for the explanation of a job.
 
 use super::{Braking, LookAhead};
 use crate::moves::PlannedMove;
@@ -7,6 +8,11 @@ use crate::moves::PlannedMove;
 const VISITED: usize = 4;
 
 impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
+    /// The planned move at `index`; the running one is the first.
+    pub(crate) fn planned(&self, index: usize) -> Option<&PlannedMove<AXES, MOTORS>> {
+        self.moves.get(index).filter(|_| index < self.planned)
+    }
+
     /// The slow move ahead: the limit at its start bounds the speed at the start of the next move
     /// to run. `None` where the rest at the end of the plan bounds it.
     pub(crate) fn slow_start(
