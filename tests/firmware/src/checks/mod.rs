@@ -80,7 +80,7 @@ pub(crate) const CHECKS: &[Check] = &[
     },
     Check {
         name: "queued-examples",
-        what: "example jobs of up to 1000 moves, wholly queued: every interval equal to the tick",
+        what: "example jobs of up to 1000 moves and a circle with a jerk limit, wholly queued: every interval equal to the tick",
         subset: false,
         run: motion::queued_examples,
     },

@@ -81,7 +81,23 @@ pub(crate) fn queued_traces(firmware: &Firmware) -> Result<Figures, Failure> {
 pub(crate) fn queued_examples(firmware: &Firmware) -> Result<Figures, Failure> {
     let names = ["heart.nc", "heart_as_printed.nc", "print_testbar.nc"];
     let jobs = names.iter().map(|name| Job::example(name));
-    compare_all(&firmware.usual, &jobs.collect::<Result<Vec<_>, _>>()?)
+    let mut jobs = jobs.collect::<Result<Vec<_>, _>>()?;
+    jobs.push(Job::new("circle with $705", EASED, &circle()));
+    compare_all(&firmware.usual, &jobs)
+}
+
+/// A jerk limit: each line of a circle makes the profile anew, from the moves far ahead of it.
+const EASED: &str = "$705=5000\n$110=6000\n$111=6000\n$120=500\n$121=500\n";
+
+/// A circle of 5 mm in lines of 0.1 mm.
+fn circle() -> String {
+    const LINES: i32 = 314;
+    let lines = (1..=LINES).map(|line| {
+        let angle = std::f64::consts::TAU * f64::from(line) / f64::from(LINES);
+        let [x, y] = [5.0 * angle.sin(), 5.0 * (1.0 - angle.cos())];
+        format!("X{x:.3}Y{y:.3}\n")
+    });
+    format!("G90G1F3000\n{}", lines.collect::<String>())
 }
 
 /// Corners of 90° at which Y reverses at some 27 000 steps/s: its next step comes 36 µs later.
