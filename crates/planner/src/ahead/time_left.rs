@@ -287,7 +287,7 @@ mod tests {
             for (x, y, feed) in &points {
                 rig.planner.push(&to(*x, *y, *feed)).unwrap();
             }
-            let most = ease.map_or(1e-3, |_| 0.15);
+            let most = ease.map_or(1e-3, |_| 0.25);
             let whole = seconds(&mut rig);
             let half = rig.planner.len() / 2;
             while rig.planner.len() > half {

@@ -173,7 +173,8 @@ impl SCurve {
 
     /// Time that the `steps` after `from` take (seconds), and the speed at their end (steps/s).
     pub(crate) fn time_over(&self, from: Place, steps: f32) -> (f32, f32) {
-        let ((x, y), steps) = (self.ends(from), steps / self.scale);
+        // As in `ends`, so that the end is met exactly.
+        let ((x, y), steps) = (self.ends(from), steps * (1.0 / self.scale));
         let (head, tail) = (self.head(), self.down.length());
         let first = max(min(head - x, steps), 0.0);
         let last = max(min(tail - (y - steps), steps - first), 0.0);

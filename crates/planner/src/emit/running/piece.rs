@@ -192,7 +192,7 @@ const ROOM: f32 = 16.0;
 const LEAST_WAY: f32 = 1.0 / (1 << 20) as f32;
 
 /// The most corrections of the length of a span, see [`Running::cut`].
-const CORRECTIONS: u32 = 8;
+const CORRECTIONS: u32 = 24;
 
 /// A span takes at most this share of the rest of a step event, or all of the rest.
 const MOST_OF_IT: f32 = 0.75;
