@@ -39,7 +39,8 @@ fn motion(rig: &Rig<'_>) -> (f64, f64) {
 }
 
 proptest! {
-    // The same cases each time: one of 40 000 others breaks a limit of the test for a step, by 15 %.
+    // The same cases each time: one of 40 000 others breaks a limit of the test for a step, by
+    // 15 %.
     #![proptest_config(ProptestConfig { cases: 400, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     /// With holds, resumes and overrides thrown in anywhere.

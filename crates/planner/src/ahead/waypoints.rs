@@ -1,8 +1,8 @@
 //! The places ahead that bound the speed under a jerk limit.
 //!
-//! A ramp takes the acceleration from 0 back to 0, and may span many moves. It ends at a *waypoint*:
-//! a place where motion has to be slower than at any place before it, or has to rest; or where the
-//! axes leave less acceleration than before.
+//! A ramp takes the acceleration from 0 back to 0, and may span many moves. It ends at a
+//! *waypoint*: a place where motion has to be slower than at any place before it, or has to rest;
+//! or where the axes leave less acceleration than before.
 //!
 //! ```text
 //!   limit ____        _______       ____
@@ -60,8 +60,8 @@ impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
-    /// The waypoints from the place `at` in the running move on. `nominal` (mm/s) takes the place of
-    /// the nominal speeds of all moves.
+    /// The waypoints from the place `at` in the running move on. `nominal` (mm/s) takes the place
+    /// of the nominal speeds of all moves.
     pub(crate) fn waypoints(&self, at: Whereabouts, nominal: Option<f32>) -> Waypoints {
         let (axis_limits, queue) = (self.axis_limits(), self.queue());
         let mut found = Waypoints::new();

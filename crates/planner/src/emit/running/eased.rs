@@ -50,8 +50,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
             .or_else(|| self.fastest_of(&ahead(Some(sqrt(self.top_v2(jerk)))), jerk))
     }
 
-    /// The profile to the first waypoint whose speed can be reached; or to the first waypoint of all,
-    /// at a lower speed there, if the move ends faster with it.
+    /// The profile to the first waypoint whose speed can be reached; or to the first waypoint of
+    /// all, at a lower speed there, if the move ends faster with it.
     fn fastest_of(&self, ahead: &Waypoints, jerk: f32) -> Option<SCurve> {
         /// The room that waypoints leave below a limit.
         const OVER: f32 = 1.0001;
