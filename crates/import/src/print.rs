@@ -146,8 +146,8 @@ impl Printer {
         self.lines.push(shown.join(" "));
     }
 
-    /// Writes a pause: `G4 P500` (ms) and `G4 S2` (s) both become `G4 P` in seconds. `column` is
-    /// that of the command, from 1.
+    /// Writes a pause: `G4 P500` (ms) and `G4 S2` (s) both become `G4 P` in seconds. The
+    /// command stands at `column`, from 1.
     fn pause(&mut self, text: &str, column: usize) -> Result<(), Wrong> {
         let words = words(text)?;
         let expected = || (column, "expected G4 P (ms) or G4 S (s)".to_owned());

@@ -34,7 +34,7 @@ pub fn duration(seconds: f64) -> String {
 /// The most lines that are named one by one.
 const NAMED_PAUSES: usize = 8;
 
-/// What becomes of pauses when nobody is there, for [`pauses`].
+/// A note for [`pauses`]: nobody is there to end a pause.
 pub const RESUMED: &str = ", resumed at once: the time is without them";
 
 /// How often a program pauses for its operator, and at which lines; `note` follows the number.

@@ -5,7 +5,7 @@
 
 use super::format::{Known, Units, Zeros};
 
-/// What a comment states about the format; other comments state nothing.
+/// Reads the facts that a comment states about the format. Other comments state none.
 pub(super) fn read(comment: &str) -> Known {
     let comment = comment.trim();
     let mut said = Known::default();

@@ -1,7 +1,7 @@
 //! Facts that a file states about its numbers. Where it contradicts itself, either one statement
 //! counts, with a note, or the file is refused.
 //!
-//! | before | now | what counts |
+//! | first | then | the one that counts |
 //! |---|---|---|
 //! | a comment | a command | the command, with a note |
 //! | a command | a comment | the command, with a note |

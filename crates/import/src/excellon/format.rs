@@ -133,9 +133,9 @@ impl Format {
         }
     }
 
-    /// Takes what one statement of the file says. If its unit differs from the unit before, the
-    /// digits stated for that unit no longer hold. If its unit does not count, neither do its
-    /// digits.
+    /// Takes the facts of one statement of the file. If its unit differs from the unit before, the
+    /// digits stated for the unit before no longer hold. If its unit does not count, its digits do
+    /// not count either.
     ///
     /// # Errors
     /// The statement contradicts another one, and neither counts more.

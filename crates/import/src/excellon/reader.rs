@@ -103,7 +103,7 @@ impl Reader {
         self.now.stage = Stage::Body;
     }
 
-    /// Takes what a statement at `column` says about the file's numbers.
+    /// Takes the facts about the file's numbers that a statement at `column` has.
     pub(super) fn said(
         &mut self,
         said: &Known,

@@ -8,8 +8,8 @@ use toml::de::{DeTable, DeValue};
 /// The only key that has an array.
 const ARRAY: &str = "homing.order";
 
-/// The first key with an array in place of a table, and where the array begins. For a text whose
-/// keys and values are otherwise those of a machine file.
+/// The first key with an array in place of a table, and the byte where the array begins. The caller
+/// has read the text as a machine file already.
 pub(super) fn misplaced(text: &str) -> Option<(String, usize)> {
     in_table(DeTable::parse(text).ok()?.get_ref(), "")
 }

@@ -23,7 +23,7 @@ pub struct Wrong {
     /// The key, with the tables that it is in: `axes.x.travel`. Empty where the text is no TOML.
     pub key: String,
     /// The value that was found, and the expected one.
-    pub what: String,
+    pub message: String,
 }
 
 impl fmt::Display for ProfileError {
@@ -43,7 +43,7 @@ impl fmt::Display for Wrong {
         if !self.key.is_empty() {
             write!(f, "{}: ", self.key)?;
         }
-        f.write_str(&self.what)
+        f.write_str(&self.message)
     }
 }
 
@@ -59,7 +59,7 @@ impl Wrong {
                 file: file.to_owned(),
                 line: lines + 1,
                 key: String::new(),
-                what: "expected text in UTF-8".to_owned(),
+                message: "expected text in UTF-8".to_owned(),
             }
         })
     }
@@ -68,12 +68,12 @@ impl Wrong {
     pub(super) fn new(file: &Path, text: &str, key: String, error: &toml::de::Error) -> Self {
         let start = error.span().map_or(0, |span| span.start);
         // The parser puts "expected …" on a line of its own.
-        let what = error.message().trim().replace('\n', ", ");
-        Self::at(file, text, start, key, in_words(what))
+        let message = error.message().trim().replace('\n', ", ");
+        Self::at(file, text, start, key, in_words(message))
     }
 
     /// Describes a mistake in a key of the top level of `text`, the content of `file`.
-    pub(super) fn at_key(file: &Path, text: &str, key: &str, what: &str) -> Self {
+    pub(super) fn at_key(file: &Path, text: &str, key: &str, message: &str) -> Self {
         let mut starts = text.match_indices(key).map(|(start, _)| start);
         let begins_line = |start: &usize| {
             text[..*start]
@@ -87,25 +87,25 @@ impl Wrong {
             text,
             start.unwrap_or(0),
             key.to_owned(),
-            what.to_owned(),
+            message.to_owned(),
         )
     }
 
     /// Describes a mistake at byte `start` of `text`, the content of `file`.
-    pub(super) fn at(file: &Path, text: &str, start: usize, key: String, what: String) -> Self {
+    pub(super) fn at(file: &Path, text: &str, start: usize, key: String, message: String) -> Self {
         let before = text.get(..start).unwrap_or(text);
         let line = before.matches('\n').count() + 1;
         Self {
             file: file.to_owned(),
             line,
             key,
-            what,
+            message,
         }
     }
 }
 
 /// Names the expected value as a person would, not by its type.
-fn in_words(what: String) -> String {
+fn in_words(message: String) -> String {
     let words = [
         ("f64", "a number"),
         ("u16", "a whole number"),
@@ -113,12 +113,12 @@ fn in_words(what: String) -> String {
         ("a boolean", "true or false"),
     ];
     let named = words.iter().find_map(|(kind, word)| {
-        let begin = what.strip_suffix(kind)?.strip_suffix("expected ")?;
+        let begin = message.strip_suffix(kind)?.strip_suffix("expected ")?;
         Some(format!("{begin}expected {word}"))
     });
     let table = || {
-        let (begin, _) = what.split_once("expected struct ")?;
+        let (begin, _) = message.split_once("expected struct ")?;
         Some(format!("{begin}expected a table"))
     };
-    named.or_else(table).unwrap_or(what)
+    named.or_else(table).unwrap_or(message)
 }

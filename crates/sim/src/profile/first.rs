@@ -53,8 +53,8 @@ impl Profile {
         }
         refused.map(|(named, status)| {
             let key = Key::from_number(named.number, axes);
-            let what = key.map_or(status.text().to_owned(), |key| in_words(status, key, limit));
-            (named, what)
+            let message = key.map_or(status.text().to_owned(), |key| in_words(status, key, limit));
+            (named, message)
         })
     }
 

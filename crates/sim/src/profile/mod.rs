@@ -404,15 +404,15 @@ impl Profile {
             wrong(key.trim_start_matches('.').to_owned(), error.inner())
         })?;
         if let Some((key, start)) = arrays::misplaced(text) {
-            let what = "invalid type: sequence, expected a table".to_owned();
-            return Err(Wrong::at(file, text, start, key, what));
+            let message = "invalid type: sequence, expected a table".to_owned();
+            return Err(Wrong::at(file, text, start, key, message));
         }
-        if let Some((key, what)) = profile.contradiction() {
-            return Err(Wrong::at_key(file, text, key, what));
+        if let Some((key, message)) = profile.contradiction() {
+            return Err(Wrong::at_key(file, text, key, message));
         }
         match profile.refused_setting() {
             None => Ok(profile),
-            Some((named, what)) => Err(Wrong::at(file, text, named.at, named.key, what)),
+            Some((named, message)) => Err(Wrong::at(file, text, named.at, named.key, message)),
         }
     }
 }

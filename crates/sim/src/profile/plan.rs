@@ -448,7 +448,7 @@ mod tests {
         let parse = |text| Profile::parse(Path::new("test.toml"), text).unwrap_err();
         let complaint = parse("[settings]\n\"$1\" = 25\n\"$0\" = 0.9\n");
         assert_eq!((complaint.line, complaint.key.as_str()), (3, "settings.$0"));
-        assert_eq!(complaint.what, Status::StepPulseTooShort.text());
+        assert_eq!(complaint.message, Status::StepPulseTooShort.text());
         assert_eq!(parse("[settings]\n\"$999\" = 1").key, "settings.$999");
         assert_eq!(parse("[settings]\n\"$20\" = 1").key, "settings.$20");
     }
