@@ -169,7 +169,7 @@ impl Case {
     /// A profile with limited jerk: to the exit speed, or to rest where it cannot be reached.
     fn eased(&self) -> SCurve {
         let exits = [self.exit, 0.0, self.entry];
-        let curves = exits.into_iter().filter_map(|exit| {
+        let curve = exits.into_iter().find_map(|exit| {
             let plan = Plan {
                 start: Place::at(0),
                 end: self.delta[0] as u32,
@@ -182,10 +182,7 @@ impl Case {
             };
             SCurve::new(&plan, 0.0, self.jerk)
         });
-        curves
-            .into_iter()
-            .next()
-            .expect("a profile that ends as fast as it begins")
+        curve.expect("a profile that ends as fast as it begins")
     }
 
     fn aim(&self, goal: Goal, share: f32) -> Aim {

@@ -124,11 +124,10 @@ impl<const AXES: usize, const MOTORS: usize> Over<'_, AXES, MOTORS> {
         loop {
             let course = axis_limits.course(self.planned, self.after, at, self.limit_v2);
             let nominal = min(self.nominal, sqrt(course.top_v2));
-            let accelerations = match axis_limits.jerk > 0.0 {
+            let [up, down] = match axis_limits.jerk > 0.0 {
                 true => [mean(course.up, axis_limits.jerk, nominal); 2],
                 false => [course.up, course.down],
             };
-            let [up, down] = accelerations;
             let part = Stretch {
                 length: at.steps_to(course.steps_after) / per_mm,
                 up,

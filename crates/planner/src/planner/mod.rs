@@ -335,7 +335,8 @@ where
     }
 
     /// Whether the running move would be too fast for the speed at its end if it went on for one
-    /// more segment, of `way` mm, with its full acceleration.
+    /// more segment, of `way` mm, with its full acceleration. Under a jerk limit: whether it brakes
+    /// to the rest at the end of the plan.
     fn slows_down_soon(&self, at: Whereabouts) -> bool {
         let Some(running) = self.queue.running() else {
             return true;

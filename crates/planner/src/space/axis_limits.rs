@@ -15,7 +15,8 @@ use crate::{Config, Kinematics};
 const GAIN_MARGIN: f32 = 1.0 - 1.0 / (1 << 20) as f32;
 
 /// With a jerk limit a ramp has one acceleration, the least that is left on its way. A curve is so
-/// slow that it leaves this share of the acceleration of a straight path.
+/// slow that it leaves this share of the acceleration of a straight path. A circle of 5 mm at
+/// 500 mm/s² and 5000 mm/s³ took 1.253 s with it, 1.262 s with 0.3 and 1.280 s with 0.5.
 const EASED: f32 = 0.4;
 
 /// The limits of the machine that bound the acceleration along moves.
