@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Random curves in short lines: the limits of the axes on the step edges, and the time beside the shortest one.
 
-  python3 bench/axis_limits/curves.py target/release/leadscrew [--jobs 100] [--family borders]
+  python3 bench/axis_limits/curves.py target/release/leadscrew [--jobs 100] [--family borders] [--jerk 5000]
 
 Fails where an axis takes more than `MOST` of its acceleration, or more than its rate, where it ends beside its
 place, where a family takes more than `SLOWEST` times the shortest time in the mean, or one of its jobs more than `SLOWEST_JOB`.
+With a jerk limit it fails where the path takes more than that, and times are only told.
 """
 import argparse
 import math
@@ -15,13 +16,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from limits import ends_where_it_should, worst_acceleration, worst_rate
+from limits import ends_where_it_should, worst_acceleration, worst_jerk, worst_rate
 from program import Machine, Program, along
 from shortest import shortest_time
 
 SLOWEST = 1.03
 SLOWEST_JOB = {'circles': 1.05, 'rounded': 1.03}
 FASTEST = 1.001  # of the rate
+JERK = 1.01  # of the jerk
 LIMITS = ((500, 10), (2000, 200), (3000, 200), (5000, 500), (10000, 1500))  # mm/min, mm/s2
 DEVIATIONS = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1)
 
@@ -95,20 +97,49 @@ def rounded(rng, name):
     return program, replace(of, deviation=0.01)
 
 
-FAMILIES = {'borders': borders, 'chains': chains, 'narrow': narrow, 'circles': circles, 'rounded': rounded}
+def letters(rng, name):
+    """Strokes of curves and corners as in a font, in lines of 0.2 mm."""
+    program, heading = Program(name, 1500, 3), rng.uniform(0, 2 * math.pi)
+    for _ in range(rng.randint(6, 14)):
+        if rng.random() < 0.4:
+            heading = rng.uniform(0, 2 * math.pi)
+        after, size = rng.uniform(0, 2 * math.pi), rng.uniform(1, 5)
+        leave, arrive = size * along(heading), size * along(after)
+        end = 0.6 * (leave + arrive)
+        share = np.linspace(0, 1, 400)[:, None]
+        points = 3 * share * (1 - share) ** 2 * 0.45 * leave + 3 * share ** 2 * (1 - share) * (end - 0.45 * arrive) + share ** 3 * end
+        lengths = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+        places = np.append(np.arange(0.2, lengths[-1], 0.2), lengths[-1])
+        ends = [program.at + [np.interp(place, lengths, points[:, axis]) for axis in range(2)] for place in places]
+        program.curve(ends, program.at + points)
+        heading = after
+    return program, replace(machine(rng, (250,)), deviation=0.01)
+
+
+FAMILIES = {'borders': borders, 'chains': chains, 'narrow': narrow, 'circles': circles, 'rounded': rounded, 'letters': letters}
 MOST = 1.05  # of the acceleration
 
 
-def judged(binary, family, number, ramp):
+def judged(binary, family, number, jerk):
     name = f'{family} {number}'
     program, of = FAMILIES[family](random.Random(name), name)
-    if ramp:
-        of = replace(of, jerk=of.acceleration / ramp)
+    of = replace(of, jerk=jerk)
     run = program.run(binary, of)
     share, axis, h, time = worst_acceleration(program, of, run)
     text = (f'{name}: {share:.3f} of the acceleration of {"XY"[axis]} over {h * 1000:g} ms at {time:.3f} s '
             f'({of.steps_per_mm} steps/mm, {of.rate}/{of.acceleration}, $11={of.deviation})')
-    return share, worst_rate(of, run), ends_where_it_should(program, of, run), run.seconds / shortest_time(program, of), text
+    if jerk:
+        from eased import shortest_time as shortest  # needs more packages
+        jerked, seconds = worst_jerk(program, of, run)[0], run.seconds + first_step(of)
+    else:
+        shortest, jerked, seconds = shortest_time, 0.0, run.seconds
+    ends = ends_where_it_should(program, of, run)
+    return share, worst_rate(of, run), jerked, ends, seconds / shortest(program, of), text
+
+
+def first_step(machine):
+    """The time from rest to the first step, s: x = j t^3 / 6."""
+    return (6 / (machine.steps_per_mm * machine.jerk)) ** (1 / 3)
 
 
 def main():
@@ -117,20 +148,21 @@ def main():
     args.add_argument('--jobs', type=int, default=100)
     args.add_argument('--first', type=int, default=0)
     args.add_argument('--family', choices=FAMILIES, action='append')
-    args.add_argument('--ramp', type=float, help='with a jerk limit: the seconds in which the acceleration grows')
+    args.add_argument('--jerk', type=float, default=0.0, help='with a jerk limit, mm/s3; it needs clarabel and scipy')
     args = args.parse_args()
     failed = []
-    print('| curves | jobs | above 1.01 | most acceleration | most rate | time over the shortest, mean | most |')
-    print('|---|---|---|---|---|---|---|', flush=True)
+    print('| curves | jobs | above 1.01 | most acceleration | most rate | most jerk | time over the shortest, mean | most |')
+    print('|---|---|---|---|---|---|---|---|', flush=True)
     for family in args.family or FAMILIES:
         with ThreadPoolExecutor(2) as pool:
             jobs = range(args.first, args.first + args.jobs)
-            results = list(pool.map(lambda number: judged(args.binary, family, number, args.ramp), jobs))
-        shares, rates, ends, times, texts = zip(*results)
-        print(f'| {family} | {len(jobs)} | {sum(share > 1.01 for share in shares)} | {max(shares):.3f} | {max(rates):.3f} '
+            results = list(pool.map(lambda number: judged(args.binary, family, number, args.jerk), jobs))
+        shares, rates, jerks, ends, times, texts = zip(*results)
+        print(f'| {family} | {len(jobs)} | {sum(share > 1.01 for share in shares)} | {max(shares):.3f} | {max(rates):.3f} | {max(jerks):.3f} '
               f'| {np.mean(times):.3f} | {max(times):.3f} |', flush=True)
-        failed += [text for share, rate, end, _, text in results if share > MOST or rate > FASTEST or not end]
-        if args.ramp:
+        failed += [text for share, rate, jerk, end, _, text in results
+                   if share > MOST or rate > FASTEST or jerk > JERK or not end]
+        if args.jerk:
             continue
         if np.mean(times) > SLOWEST:
             failed.append(f'{family}: {np.mean(times):.3f} of the shortest time in the mean')

@@ -11,6 +11,7 @@ import numpy as np
 WINDOWS = (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4)  # h, s
 FEWEST = 40  # steps in a h^2 of a window that is looked at
 JITTER = 5e-6  # of an edge, s
+AROUND = 4  # lines
 SHARP = math.radians(15)  # a turn by more is a corner
 
 
@@ -42,6 +43,47 @@ def worst_rate(machine, run):
     for axis in range(2):
         way = np.abs(run.place(axis, times + h) - run.place(axis, times)) - 1
         worst = max(worst, float(way.max()) / (machine.rate / 60 * machine.steps_per_mm * h))
+    return worst
+
+
+def worst_jerk(program, machine, run):
+    """The largest share of the jerk along the path, and its time: |x(t+3h/2) - 3x(t+h/2) + 3x(t-h/2) - x(t-3h/2)| <= j h^3.
+
+    Each of the eight places may be half a step off, and a rounded end of a line.
+    """
+    ends = program.steps(machine.steps_per_mm) / machine.steps_per_mm
+    ways = np.diff(ends, axis=0)
+    lengths = np.linalg.norm(ways, axis=1)
+    moves = lengths > 0
+    starts, courses, lengths = ends[:-1][moves], ways[moves] / lengths[moves, None], lengths[moves]
+    before = np.concatenate([[0], np.cumsum(lengths)[:-1]])
+    ended = passed(program, machine, run)[moves]
+
+    def along(times):
+        """How far along the lines: on the one that ends next. Lines of few steps are run as one, and their ends are not passed.
+        So a line beside it counts if it is nearer by more than a step."""
+        at = np.stack([run.place(axis, times) for axis in range(2)], 1) / machine.steps_per_mm
+        next_end = np.searchsorted(ended, times)
+        nearest, found = np.full(len(times), np.inf), np.zeros(len(times))
+        for shift in range(-AROUND, AROUND + 1):
+            line = (next_end + shift).clip(0, len(ended) - 1)
+            way = ((at - starts[line]) * courses[line]).sum(1).clip(0, lengths[line])
+            off = np.linalg.norm(starts[line] + way[:, None] * courses[line] - at, axis=1)
+            off -= 0 if shift else 1 / machine.steps_per_mm
+            found = np.where(off < nearest, before[line] + way, found)
+            nearest = np.minimum(off, nearest)
+        return found
+
+    noise = 8 * (0.5 / machine.steps_per_mm + 0.5 * 10 ** -program.decimals)
+    worst = (0.0, 0.0)
+    for h in WINDOWS:
+        allowed = machine.jerk * h ** 3
+        if allowed < 10 * noise or h > run.end - run.begin:
+            continue
+        times = np.arange(run.begin - 2 * h, run.end + 2 * h, max(h / 16, (run.end - run.begin) / 100_000))
+        difference = sum(weight * along(times + share * h) for weight, share in ((1, 1.5), (-3, 0.5), (3, -0.5), (-1, -1.5)))
+        share = (np.abs(difference) - noise) / allowed
+        worst = max(worst, (float(share.max()), float(times[share.argmax()] - run.begin)))
     return worst
 
 

@@ -33,9 +33,14 @@ TOPP = library()
 
 def shortest_time(program, machine):
     """Seconds from rest to rest."""
+    return topp(*path(program, machine, STEP, FEWEST), machine.acceleration)
+
+
+def path(program, machine, step, fewest):
+    """Length, tangent and curvature between the nodes of a grid; the highest squared speed at each node, 0 at both ends."""
     lengths, tangents, curvatures, caps = [], [], [], [0.0]
     for points in program.parts:
-        way, tangent, curvature = sampled(points)
+        way, tangent, curvature = sampled(points, step, fewest)
         if lengths:
             corner = junction_speed(tangents[-1][-1], tangent[0], machine)
             caps[-1] = min(caps[-1], corner ** 2)
@@ -47,13 +52,13 @@ def shortest_time(program, machine):
         tangents.append(tangent)
         curvatures.append(curvature)
     caps[-1] = 0.0
-    return topp(np.concatenate(lengths), np.vstack(tangents), np.vstack(curvatures), np.array(caps), machine.acceleration)
+    return np.concatenate(lengths), np.vstack(tangents), np.vstack(curvatures), np.array(caps)
 
 
-def sampled(points):
+def sampled(points, step, fewest):
     """Length, tangent and curvature of small steps along points that are close together; of a line where there are two."""
     along = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    count = max(FEWEST, int(along[-1] / STEP))
+    count = max(fewest, int(along[-1] / step))
     # Finer near the ends.
     share = np.linspace(0, 1, count + 1)
     grid = along[-1] * (share - 0.9 * np.sin(2 * math.pi * share) / (2 * math.pi))

@@ -1,8 +1,7 @@
 //! The places ahead that bound the speed under a jerk limit.
 //!
 //! A ramp takes the acceleration from 0 back to 0, and may span many moves. It ends at a
-//! *waypoint*: a place where motion has to be slower than at any place before it, or has to rest;
-//! or where the axes leave less acceleration than before.
+//! *waypoint*: a place where motion has to be slower than at any place before it, or has to rest.
 //!
 //! ```text
 //!   limit ____        _______       ____
@@ -44,11 +43,6 @@ pub(crate) type Waypoints = Vec<Waypoint, 8>;
 /// some 250 instructions of the F407 in one `Machine::poll`.
 pub(crate) const MOVES: usize = 48;
 
-/// A ramp has one acceleration, the least on its way. A place where it would fall below this share
-/// is a waypoint. Without this, random lines beside curves took 2.7 % longer when it was tried
-/// (`curves.py --family borders --ramp 0.1` in `bench/axis_limits`).
-const WEAKER: f32 = 0.8;
-
 /// The share of a limit that is used. The rest is for rounding.
 const ROOM: f32 = 1.0 - 2e-4;
 
@@ -64,6 +58,9 @@ where
 {
     /// The waypoints from the place `at` in the running move on. `nominal` (mm/s) takes the place
     /// of the nominal speeds of all moves.
+    ///
+    /// The acceleration that a curve leaves for ramps depends on the speed. So the speed is followed
+    /// from `at` on: with the acceleration left so far, motion reaches each place at `reached_v2`.
     pub(crate) fn waypoints(&self, at: Whereabouts, nominal: Option<f32>) -> Waypoints {
         let (axis_limits, queue) = (self.axis_limits(), self.queue());
         let mut found = Waypoints::new();
@@ -74,6 +71,7 @@ where
             limit: f32::INFINITY,
             acceleration: f32::INFINITY,
         };
+        let mut reached_v2 = at.v2;
         let mut before: Option<&PlannedMove<AXES, MOTORS>> = None;
         for index in 0..MOVES {
             let Some(planned) = queue.planned(index) else {
@@ -81,28 +79,33 @@ where
             };
             let nominal = nominal.unwrap_or_else(|| self.nominal(planned));
             let top = min(min(here.fastest, nominal), planned.rate);
-            let border = axis_limits.border(before.unwrap_or(planned), planned, top * top);
+            let border = axis_limits.border(
+                before.unwrap_or(planned),
+                planned,
+                min(top * top, reached_v2),
+            );
             let limit = match before {
                 Some(_) => sqrt(min(coarse(border.curve_v2), border.corner_v2) * ROOM),
                 None => f32::INFINITY,
             };
             let slower = min(top, limit);
             here.acceleration = min(here.acceleration, border.left[0]);
-            let less = slower < here.fastest || border.left[1] < WEAKER * here.acceleration;
             let waypoint = Waypoint {
                 speed: slower,
                 ..here
             };
-            if before.is_some() && less && found.push(waypoint).is_err() {
+            if before.is_some() && slower < here.fastest && found.push(waypoint).is_err() {
                 break;
             }
             here.fastest = slower;
             here.limit = min(here.limit, min(limit, planned.rate));
             here.acceleration = min(here.acceleration, border.left[1]);
-            here.way += match before {
+            let length = match before {
                 None => at.steps_to(0) / planned.steps_per_mm(),
                 Some(_) => planned.length,
             };
+            here.way += length;
+            reached_v2 = min(reached_v2, slower * slower) + 2.0 * here.acceleration * length;
             before = Some(planned);
         }
         if found.push(here).is_err() {

@@ -3,6 +3,7 @@
 use super::{round_up, Goal, Running};
 use crate::ahead::waypoints::{Waypoint, Waypoints};
 use crate::real::{max, sqrt};
+use crate::space::axis_limits::Whereabouts;
 use crate::speed::plan::Plan;
 use crate::speed::ramp::half_a_step;
 use crate::{Kinematics, Planner, Profile, SCurve};
@@ -45,9 +46,9 @@ impl<const MOTORS: usize> Running<MOTORS> {
     where
         K: Kinematics<AXES, MOTORS>,
     {
-        let ahead = |nominal| planner.waypoints(self.whereabouts(), nominal);
-        self.fastest_of(&ahead(None), jerk)
-            .or_else(|| self.fastest_of(&ahead(Some(sqrt(self.top_v2(jerk)))), jerk))
+        let at = self.at_top(jerk);
+        self.fastest_of(&planner.waypoints(at, None), jerk)
+            .or_else(|| self.fastest_of(&planner.waypoints(at, Some(sqrt(at.v2))), jerk))
     }
 
     /// The profile to the first waypoint whose speed can be reached; or to the first waypoint of
@@ -76,11 +77,14 @@ impl<const MOTORS: usize> Running<MOTORS> {
         best
     }
 
-    /// The highest squared speed of a stop that begins here, mm²/s².
-    fn top_v2(&self, jerk: f32) -> f32 {
+    /// The place of motion, with the highest speed of a stop that begins there.
+    fn at_top(&self, jerk: f32) -> Whereabouts {
         let (speed, under_way) = self.profile.motion(self.here());
-        let top = speed + 0.5 * max(under_way, 0.0) * under_way / jerk;
-        top * top / (self.steps_per_mm * self.steps_per_mm)
+        let top = (speed + 0.5 * max(under_way, 0.0) * under_way / jerk) / self.steps_per_mm;
+        Whereabouts {
+            v2: top * top,
+            ..self.whereabouts()
+        }
     }
 
     /// The plan to a waypoint.
@@ -112,7 +116,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
     {
         let per_mm = self.steps_per_mm;
         let (speed, under_way) = self.profile.motion(self.here());
-        let ahead = planner.waypoints(self.whereabouts(), Some(sqrt(self.top_v2(jerk))));
+        let at = self.at_top(jerk);
+        let ahead = planner.waypoints(at, Some(sqrt(at.v2)));
         let (acceleration, steps) = ahead.iter().find_map(|to| {
             let acceleration = to.acceleration * per_mm;
             let steps = SCurve::stop(speed, under_way, acceleration, jerk);
