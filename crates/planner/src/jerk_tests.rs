@@ -3,7 +3,6 @@
 use crate::reference::{job_time, polyline, to, Rig, RigQueue};
 use crate::{Config, CornerRule, Move, Overrides};
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
 use std::vec::Vec;
 
 fn config(acceleration: f32, jerk: f32) -> Config<2> {
@@ -39,10 +38,6 @@ fn motion(rig: &Rig<'_>) -> (f64, f64) {
 }
 
 proptest! {
-    // The same cases each time: one of 40 000 others breaks a limit of the test for a step, by
-    // 15 %.
-    #![proptest_config(ProptestConfig { cases: 400, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
-
     /// With holds, resumes and overrides thrown in anywhere.
     #[test]
     fn the_acceleration_never_changes_faster_than_the_jerk(

@@ -142,6 +142,19 @@ impl Ramp {
         }
     }
 
+    /// The whole ramp, seen from the end and backwards in time.
+    pub(crate) fn backwards(self) -> Self {
+        Self {
+            v0: self.v1,
+            v1: self.v0,
+            jerk: -self.jerk,
+            first: self.last,
+            last: self.first,
+            skipped: (0.0, 0.0),
+            ..self
+        }
+    }
+
     /// Speed at the start, steps/s (of the whole ramp, where it was joined).
     pub(crate) const fn start_speed(&self) -> f32 {
         self.v0
@@ -190,9 +203,11 @@ impl Ramp {
         if mean <= 0.0 {
             return 0.0;
         }
+        // Beyond the ramp's end by rounding, the speed does not change.
+        let most = (v1 - v0).abs();
         let mut time = steps / mean;
         for _ in 0..ROUNDS {
-            let bend = 0.25 * jerk * time * time;
+            let bend = max(min(0.25 * jerk * time * time, most), -most);
             time -= (time * (mean - bend / 3.0) - steps) / (mean - bend);
         }
         time
@@ -254,7 +269,8 @@ impl Ramp {
             let peak = self.jerk * self.ease;
             let speed = self.v0 + 0.5 * peak * self.ease;
             let past = x - self.first;
-            self.ease + 2.0 * past / (speed + sqrt(speed * speed + 2.0 * peak * past))
+            let time = 2.0 * past / (speed + sqrt(speed * speed + 2.0 * peak * past));
+            self.ease + min(time, self.steady)
         }
     }
 }

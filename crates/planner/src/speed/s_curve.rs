@@ -25,7 +25,8 @@ pub struct SCurve {
     scale: f32,
     /// Steps from the start of the profile, in an earlier move, to `start`.
     before: f32,
-    /// Steps from `end` to the end of the profile, in later moves.
+    /// Steps from `end` to the end of the profile, in later moves; below 0 where the profile ends
+    /// before `end`.
     beyond: f32,
     easing: Ramp,
     up: Ramp,
@@ -61,14 +62,27 @@ impl SCurve {
         let (entry, length) = (Entry::new(plan, acceleration, jerk), length(plan));
         let limits = entry.limits;
         let (exit, missing) = entry.exit(exit(plan), length)?;
-        let cruise = entry.cruise(plan.cruise, exit, length);
-        let (easing, up) = entry.ramps(cruise);
+        let mut cruise = entry.cruise(plan.cruise, exit, length);
+        let (mut easing, mut up) = entry.ramps(cruise);
+        let (mut down, mut beyond) = (Ramp::between(exit, cruise, limits), plan.beyond);
+        if cruise <= 0.0 {
+            // A ramp leads to rest. Seen from there its last places are exact.
+            beyond -= max(length - easing.length() - up.length(), 0.0);
+            cruise = easing.end_speed();
+            let last = if up.length() > 0.0 {
+                &mut up
+            } else {
+                &mut easing
+            };
+            down = last.backwards();
+            *last = Ramp::none(cruise);
+        }
         Some(Self {
             start: plan.start,
             end: plan.end,
             scale: 1.0,
             before: missing, // at the start it is noticed least
-            beyond: plan.beyond,
+            beyond,
             easing,
             up,
             cruise,
@@ -77,7 +91,7 @@ impl SCurve {
             } else {
                 cruise
             },
-            down: Ramp::between(exit, cruise, limits),
+            down,
             limits,
         })
     }
@@ -90,22 +104,28 @@ impl SCurve {
     }
 
     /// The rest of the profile, from the end of a move on, in the next one. That move has `events`
-    /// steps, and `ratio` of them are as long as a step before. `None` if the profile has ended.
+    /// steps, and `ratio` of them are as long as a step before. The profile of a stop may end
+    /// within a step of it: speed and acceleration stay as they are. `None` if the profile has
+    /// ended.
     pub(crate) fn go_on(&self, events: u32, ratio: f32) -> Option<Self> {
         /// The end of a move is known to much less than this, steps.
         const SAME: f32 = 0.01;
         let (before, left) = self.ends(Place::at(self.end));
         let scale = self.scale * ratio;
-        let beyond = left * scale - events as f32;
-        let goes_on = Self {
+        let end = events.min((left * scale + 1.0 - SAME) as u32).max(1);
+        let beyond = left * scale - end as f32;
+        (left > 0.0).then(|| Self {
             start: Place::at(0),
-            end: events.min((left * scale + 1.0 - SAME) as u32),
+            end,
             scale,
             before,
-            beyond: if beyond > SAME { beyond / scale } else { 0.0 },
+            beyond: if beyond.abs() > SAME {
+                beyond / scale
+            } else {
+                0.0
+            },
             ..*self
-        };
-        (goes_on.end > 0).then_some(goes_on)
+        })
     }
 
     /// Length in steps, a fraction in general, of the shortest stop from `speed` (steps/s) with
@@ -176,9 +196,12 @@ impl SCurve {
         // As in `ends`, so that the end is met exactly.
         let ((x, y), steps) = (self.ends(from), steps * (1.0 / self.scale));
         let (head, tail) = (self.head(), self.down.length());
-        let first = max(min(head - x, steps), 0.0);
-        let last = max(min(tail - (y - steps), steps - first), 0.0);
-        let middle = steps - first - last;
+        let end = max(y - steps, 0.0);
+        // Steps after the profile's end. Motion goes on as fast as half a step before rest.
+        let after = max(steps - max(y, 0.0), 0.0);
+        let first = max(min(head - x, steps - after), 0.0);
+        let last = max(min(tail - end, steps - after - first), 0.0);
+        let middle = steps - after - first - last;
         let (mut time, mut speed) = (0.0, self.cruise);
         if first > 0.0 {
             time = self.head_time(x, first);
@@ -189,12 +212,12 @@ impl SCurve {
             speed = self.cruise;
         }
         if last > 0.0 {
-            let end = max(y - steps, 0.0);
             time += self.down.time(end, last);
             speed = self.down.motion(end).0;
         }
         if y <= steps {
             speed = self.down.start_speed();
+            time += after / max(speed, ramp::half_a_step(self.limits.jerk));
         }
         (time, speed * self.scale)
     }
@@ -279,6 +302,7 @@ impl SCurve {
             + f64::from(self.beyond);
         let [easing, up, down] = [&self.easing, &self.up, &self.down].map(Ramp::exact_length);
         let head = easing + up;
+        let down = down.min(length - head); // a ramp under way at the start
         let mut time = self.easing.exact_time(s.min(easing));
         if s > easing {
             time += self.up.exact_time(s.min(head) - easing);
@@ -286,9 +310,10 @@ impl SCurve {
         time += (s.min(length - down) - head).max(0.0) / f64::from(self.level);
         let left = length - s;
         if left < down {
-            time += self.down.exact_time(down) - self.down.exact_time(left);
+            time += self.down.exact_time(down) - self.down.exact_time(left.max(0.0));
         }
-        time
+        let after = max(self.last_speed(), ramp::half_a_step(self.limits.jerk));
+        time + (-left).max(0.0) / f64::from(after)
     }
 }
 

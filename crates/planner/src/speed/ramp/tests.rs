@@ -46,8 +46,10 @@ proptest! {
     fn places_further_on_are_reached_later(v0 in speed(), v1 in speed(), limits in limits()) {
         let ramp = Ramp::between(v0, v1, limits);
         let mut last = 0.0;
-        for k in 0..=200 {
-            let time = ramp.time(0.0, ramp.length() * k as f32 / 200.0);
+        // The last place is beyond the end by rounding.
+        let places = (0..=200).map(|k| ramp.length() * k as f32 / 200.0);
+        for (k, x) in places.chain([ramp.length().next_up()]).enumerate() {
+            let time = ramp.time(0.0, x);
             prop_assert!(time >= last * (1.0 - 1e-6), "{} {} {}", k, time, last);
             last = time;
         }

@@ -104,7 +104,7 @@ proptest! {
             let mean = 1.0 / seconds;
             let peak = profile.motion(Place::at(step)).1 * profile.motion(Place::at(step + 1)).1 <= 0.0;
             // Places are known to some 10⁻⁷ of the ramp: 10⁻³ of a step.
-            let most = v0.max(v1).max(if peak { profile.cruise() } else { 0.0 });
+            let most = v0.max(v1).max(if peak { profile.level } else { 0.0 });
             prop_assert!(mean <= most * 1.001, "{} {} {}", v0, mean, v1);
             // A step out of rest takes three times as long as its end speed says, at most.
             prop_assert!(mean >= 0.3 * v0.min(v1).max(0.3 * v0.max(v1)), "{} {} {}", v0, mean, v1);
@@ -125,6 +125,23 @@ proptest! {
         let slack = 1e-3 * plan.up + 1e-6 * jerk;
         prop_assert!((v - speed).abs() <= 1e-3 * speed + 1e-6, "{} {}", v, speed);
         prop_assert!((a - acceleration).abs() <= slack + 0.05 * acceleration.abs(), "{} {} {:?}", a, acceleration, after);
+    }
+
+    #[test]
+    fn the_next_move_begins_as_the_one_before_ends(case in cases(), events in 1u32..100, ratio in 0.5f32..2.0) {
+        let Some(before) = case.profile() else { return Ok(()) };
+        let (speed, acceleration) = before.motion(Place::at(case.plan.end));
+        let Some(after) = before.go_on(events, ratio) else {
+            prop_assert_eq!(acceleration, 0.0);
+            return Ok(());
+        };
+        let left = before.ends(Place::at(case.plan.end)).1 * ratio;
+        if (left - left.round().max(1.0)).abs() <= 0.011 {
+            return Ok(()); // it ends with a step, as far as the end of a move is known
+        }
+        let (v, a) = after.motion(Place::at(0));
+        let (slack, jump) = (1e-3 * case.plan.up * ratio, (a - acceleration * ratio).abs());
+        prop_assert!((v - speed * ratio).abs() <= 1e-3 * v && jump <= slack, "{} {} {:?}", v, a, before);
     }
 
     #[test]
