@@ -267,9 +267,6 @@ fn play(case: &Case, mut meddle: impl FnMut(&mut Segment<3>)) -> (Schedule, Edge
                 }
             }
         }
-        if !running.may_change() {
-            continue;
-        }
         let aim = if running.at_profile_end() {
             going(1.0)
         } else if !case.interrupted || random.next() > 0.1 {

@@ -72,12 +72,6 @@ impl<const MOTORS: usize> Tracer<MOTORS> {
         self.smooth
     }
 
-    /// Whether motors should be early, but are not, because the segment before was a part of a step
-    /// event.
-    pub(super) fn lacks_early(&self) -> bool {
-        self.smooth && self.early.is_none() && !self.announce
-    }
-
     /// The smoothing of the next segment. A coarser smoothing begins one segment late: the next
     /// segment keeps the finer smoothing, and in it the motors become as early as the coarser
     /// smoothing needs.
