@@ -119,9 +119,9 @@ impl<const MOTORS: usize> Running<MOTORS> {
             (steps <= to.way * per_mm).then_some((acceleration, steps))
         })?;
         let left = self.here.before(self.events);
-        let whole = round_up(steps + self.here.part).max(1);
+        let whole = round_up(steps + self.here.part()).max(1);
         let plan = Plan {
-            end: (self.here.step + whole).min(self.events),
+            end: (self.here.step() + whole).min(self.events),
             beyond: max(steps - left, 0.0),
             cruise: max(speed, half_a_step(jerk)),
             exit_v2: 0.0,

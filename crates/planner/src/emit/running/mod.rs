@@ -90,7 +90,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
 
     /// If the next pixel begins here, takes its power and asks `next` for the pixel after it.
     pub(crate) fn begin_pixel(&mut self, next: impl FnMut() -> Option<Pixel>) {
-        self.along.begin_pixel(self.here.step, next);
+        self.along.begin_pixel(self.here.step(), next);
     }
 
     /// The line number of the pixel that begins next, or of the move.
@@ -118,8 +118,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
     pub(crate) fn whereabouts(&self) -> Whereabouts {
         Whereabouts {
             v2: self.profile.speed_v2(self.here) / (self.steps_per_mm * self.steps_per_mm),
-            steps: self.events - self.here.step,
-            way: self.here.part,
+            steps: self.events - self.here.step(),
+            way: self.here.part(),
             at_start: self.at_start(),
             brakes_to_rest: self.profile.brakes_to_rest(self.here),
         }
@@ -143,22 +143,22 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// Whether no step event is handed out in part.
     #[cfg(test)]
     pub(crate) fn at_step(&self) -> bool {
-        self.here.part <= 0.0
+        self.here.is_whole()
     }
 
     /// Whether all steps of the profile have been handed out.
     pub(crate) fn at_profile_end(&self) -> bool {
-        self.here.step >= self.profile.end()
+        self.here.step() >= self.profile.end()
     }
 
     /// Whether the next segment belongs to the profile's last step.
     fn is_in_last_step(&self) -> bool {
-        self.here.step + 1 >= self.profile.end()
+        self.here.step() + 1 >= self.profile.end()
     }
 
     /// Whether all steps of the move have been handed out.
     pub(crate) fn at_end(&self) -> bool {
-        self.here.step >= self.events
+        self.here.step() >= self.events
     }
 
     /// Whether motion rests at the profile's end.
@@ -173,7 +173,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
 
     /// Makes the stepper begin the line anew, after another line came between.
     pub(crate) fn renew_line(&mut self) {
-        self.tracer.begin_anew(self.here.step);
+        self.tracer.begin_anew(self.here.step());
     }
 
     /// Hands out the next segment.
@@ -336,9 +336,9 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// A stop within a single step is made as fast as possible: at a speed near 0 the step would
     /// never end.
     fn stop(&self, entry_v2: f32, aim: Aim) -> Path {
-        let (down, left) = (aim.stop * self.steps_per_mm, self.events - self.here.step);
+        let (down, left) = (aim.stop * self.steps_per_mm, self.events - self.here.step());
         let distance = entry_v2 / (2.0 * down) * (1.0 - 0.5 * ROUNDING);
-        let steps = round_up(distance + self.here.part).max(1);
+        let steps = round_up(distance + self.here.part()).max(1);
         if steps > left && aim.exit_v2 > 0.0 {
             let path = self.to_end(aim);
             let slowest = entry_v2 - 2.0 * down * self.here.before(path.end);
@@ -350,7 +350,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
             };
         }
         let stop = Path {
-            end: self.here.step + steps.min(left),
+            end: self.here.step() + steps.min(left),
             cruise: sqrt(entry_v2),
             exit_v2: 0.0,
             up: aim.up * self.steps_per_mm,
@@ -363,7 +363,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         } else if steps > left {
             stop
         } else {
-            let share = distance / (steps as f32 - self.here.part) * (1.0 + ROUNDING);
+            let share = distance / self.here.before(stop.end) * (1.0 + ROUNDING);
             Path {
                 share: min(share, 1.0),
                 ..stop

@@ -56,7 +56,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
                 return part;
             }
         }
-        let done = self.here.step;
+        let done = self.here.step();
         let stretch = self.profile.stretch(done);
         let events = steps(self.speed, stretch.acceleration, timing.longest_segment)
             .min(stretch.steps)
@@ -73,7 +73,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// 24 bits so that no drift adds up.
     fn cruise_piece(&mut self, events: u32, timing: Timing, carry: &mut Carry) -> Piece {
         let seconds = 1.0 / self.speed;
-        self.here.step += events;
+        self.here = Place::at(self.here.step() + events);
         let steady = self.acceleration * seconds * seconds * seconds < 16.0 * SURPRISE;
         let evenness = if steady { 1.0 } else { NEARLY_EVEN };
         let smoothing = self.tracer.smoothing(seconds, timing, evenness);
@@ -98,7 +98,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         let ramp = self.ramp(events);
         let evenness = min(self.speed, ramp.exit) * ramp.seconds / all;
         self.speed = ramp.exit;
-        self.here.step += events;
+        self.here = Place::at(self.here.step() + events);
         let smoothing = self.tracer.smoothing(ramp.seconds / all, timing, evenness);
         let ticks = ticks(events, smoothing);
         let count = f32::from(ticks.get());
@@ -130,7 +130,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
 
     /// The next `events` steps of the profile.
     fn ramp(&self, events: u32) -> Ramp {
-        let (done, all) = (self.here.step, events as f32);
+        let (done, all) = (self.here.step(), events as f32);
         let half = if events > 1 { (events / 2) as f32 } else { 0.5 };
         let over = |from, speed, steps| self.profile.time_over(Place::at(from), speed, steps);
         let (first, middle_speed) = over(done, self.speed, half);
@@ -187,9 +187,9 @@ const LONGER: f32 = 1.18;
 /// most.
 const ROOM: f32 = 16.0;
 
-/// The shortest part, steps. If a step takes more than 1000 s, this part takes longer than a
+/// The shortest part, steps. If a step takes more than 10⁶ s, this part takes longer than a
 /// segment may, and is handed out nevertheless.
-const LEAST_WAY: f32 = 1.0 / (1 << 20) as f32;
+const LEAST_WAY: f32 = 1.0 / (1 << 30) as f32;
 
 /// The most corrections of the length of a part, see [`Running::cut`].
 const CORRECTIONS: u32 = 24;
@@ -197,8 +197,8 @@ const CORRECTIONS: u32 = 24;
 /// A part that is cut takes at most this share of what it is cut from.
 const MOST_OF_IT: f32 = 0.75;
 
-/// A part of a step event: the motors that are advanced in it; its end, as a share of the step
-/// event; its duration, seconds; the speed at its end, steps/s.
+/// A part of a step event: the motors that are advanced in it, its end, its duration in seconds,
+/// the speed at its end in steps/s.
 ///
 /// In a step event that is handed out in parts, each motor steps when it is due, and the profile
 /// may change after each part.
@@ -222,7 +222,7 @@ const MOST_OF_IT: f32 = 0.75;
 #[derive(Clone, Copy)]
 struct Part {
     motors: MotorMask,
-    to: f32,
+    to: Place,
     seconds: f32,
     exit: f32,
 }
@@ -232,17 +232,18 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// takes much longer than the next, or longer than a segment, or may do so after an override.
     fn is_for_parts(&self, timing: Timing) -> bool {
         let is_sudden = self.speed * self.speed < SUDDEN * self.acceleration;
-        self.here.part > 0.0 || is_sudden || self.speed * timing.longest_segment < LONGER
+        !self.here.is_whole() || is_sudden || self.speed * timing.longest_segment < LONGER
     }
 
     /// The next part of the step event. `None` where the event takes no longer than a segment may
     /// and no motor needs parts, or ticks would be too close.
     fn part(&mut self, timing: Timing, carry: &mut Carry) -> Option<Piece> {
-        let (shortest, way) = (timing.shortest_tick, self.here.part);
+        let (shortest, start) = (timing.shortest_tick, self.here);
         let longest = max(timing.longest_segment, 2.0 * shortest);
-        let rest = self.part_to(1.0);
+        let end = Place::at(start.step() + 1);
+        let rest = self.part_to(end);
         let has_room = self.tracer.is_smooth() && rest.seconds >= ROOM * shortest;
-        if way <= 0.0 && rest.seconds <= longest && !has_room {
+        if start.is_whole() && rest.seconds <= longest && !has_room {
             return None;
         }
         let earliest = carry.late() / timing.hz + shortest;
@@ -254,11 +255,12 @@ impl<const MOTORS: usize> Running<MOTORS> {
         };
         let interval = carry.tick(part.seconds * timing.hz, shortest * timing.hz);
         self.speed = part.exit;
-        (self.here.part, self.made) = (part.to, self.made.with(part.motors));
-        let ends_event = part.to >= 1.0;
-        if ends_event {
-            (self.here, self.made) = (Place::at(self.here.step + 1), MotorMask::NONE);
-        }
+        self.here = part.to;
+        self.made = if part.to < end {
+            self.made.with(part.motors)
+        } else {
+            MotorMask::NONE
+        };
         // The following ticks need the motors early, unless they are parts.
         let wanted = || self.tracer.wanted(1.0 / self.speed, timing, SETTLED);
         let early = (!self.is_for_parts(timing)).then(wanted);
@@ -267,17 +269,17 @@ impl<const MOTORS: usize> Running<MOTORS> {
             ticks: NonZeroU16::MIN,
             smoothing: Smoothing::None,
             motors: part.motors,
-            ends_event,
+            ends_event: self.here.is_whole(),
             early: self.tracer.early().of_a_part(),
             interval,
             interval_change: IntervalChange::ZERO,
-            speeds: [(part.to - way) / part.seconds; 2],
+            speeds: [part.to.after(start) / part.seconds; 2],
         })
     }
 
     /// The part from the end of the segments handed out up to `to`.
-    fn part_to(&self, to: f32) -> Part {
-        let way = to - self.here.part;
+    fn part_to(&self, to: Place) -> Part {
+        let way = to.after(self.here);
         let (seconds, exit) = self.profile.time_over(self.here, self.speed, way);
         Part {
             motors: MotorMask::NONE,
@@ -292,17 +294,17 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// step with it. So the last part advances all motors that are left.
     fn next_due(&self, rest: Part, earliest: f32, shortest: f32) -> Part {
         let due = || {
-            let shares = self.tracer.due(self.here.step).enumerate();
-            let left = shares.filter(|(motor, share)| *share < 1.0 && !self.made.contains(*motor));
-            left.map(|(motor, share)| (motor, max(share, self.here.part)))
+            let places = self.tracer.due(self.here.step()).enumerate();
+            places.filter(|(motor, at)| *at < rest.to && !self.made.contains(*motor))
         };
-        let first = self.part_to(due().fold(1.0, |first, (_, share)| min(first, share)));
+        let first = due().fold(rest.to, |first, (_, at)| first.min(at));
+        let first = self.part_to(first);
         let next = max(first.seconds, earliest) + shortest;
         if next > rest.seconds {
             let motors = MotorMask::ALL.without(self.made);
             return Part { motors, ..rest };
         }
-        let soon = due().filter(|(_, share)| self.part_to(*share).seconds < next);
+        let soon = due().filter(|(_, at)| self.part_to(*at).seconds < next);
         let motors = soon.fold(MotorMask::NONE, |motors, (motor, _)| {
             motors.with(MotorMask::only(motor))
         });
@@ -318,14 +320,14 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// longer in proportion, which is never too much where the speed grows. A part that takes too
     /// long is made shorter by the cube of the ratio, as out of rest with limited jerk.
     fn cut(&self, whole: Part, longest: f32) -> Part {
-        let (v0, v1, left) = (self.speed, whole.exit, whole.to - self.here.part);
+        let (v0, v1, left) = (self.speed, whole.exit, whole.to.after(self.here));
         let pieces = (whole.seconds / longest) as u32 + 1;
         let wanted = whole.seconds / pieces as f32;
         let gained = 0.25 * (v1 * v1 - v0 * v0) / left * wanted;
         let (mut way, mut part, mut shortened) = ((v0 + gained) * wanted, whole, false);
         for _ in 0..CORRECTIONS {
             way = max(min(way, MOST_OF_IT * left), LEAST_WAY);
-            part = self.part_to(self.here.part + way);
+            part = self.part_to(self.here.moved(way));
             let ratio = wanted / part.seconds;
             if part.seconds > longest {
                 way *= max(ratio * ratio * ratio, 0.1);

@@ -7,6 +7,7 @@ use crate::emit::fit::smoothing;
 use crate::emit::pixel::Pixel;
 use crate::moves::{MovePower, PlannedMove};
 use crate::real::max;
+use crate::speed::plan::Place;
 use core::num::NonZeroU16;
 use fixed::types::U1F31;
 use leadscrew_stepper::{Early, Line, LineStart, OutputChange, Power, PowerChange, Smoothing};
@@ -93,11 +94,11 @@ impl<const MOTORS: usize> Tracer<MOTORS> {
         }
     }
 
-    /// For each motor the share of the step event after `done` at which it is due.
-    pub(super) fn due(&self, done: u32) -> impl Iterator<Item = f32> + '_ {
-        let (events, done) = (self.line.step_events().get(), done - self.start);
+    /// For each motor the place in the step event after `done` at which it is due.
+    pub(super) fn due(&self, done: u32) -> impl Iterator<Item = Place> + '_ {
+        let events = self.line.step_events().get();
         let motors = self.line.steps().iter();
-        motors.map(move |steps| due(*steps, events, done))
+        motors.map(move |steps| Place::at(done).moved(due(*steps, events, done - self.start)))
     }
 }
 
