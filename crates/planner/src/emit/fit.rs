@@ -160,9 +160,9 @@ impl Carry {
         Interval::from_bits(made)
     }
 
-    /// How late the segments so far are, counts.
+    /// How late the segments so far are, counts (less than 2¹⁵), rounded down to 2⁻¹⁶ counts.
     pub(crate) const fn late(self) -> f32 {
-        -(self.0 as f32) / TWO_32
+        (-self.0 >> 16) as i32 as f32 / 65_536.0
     }
 
     /// Makes up for the error so far in a segment, and notes the new one. The segment is to take

@@ -34,11 +34,13 @@ impl Place {
     }
 
     /// The place `steps` after this one; `steps` is at least 0.
+    #[inline(never)]
     pub(crate) const fn moved(self, steps: f32) -> Self {
         Self(self.0.saturating_add((steps / UNIT) as u64))
     }
 
     /// Steps from `start` to here, which is not before it.
+    #[inline(never)]
     pub(crate) const fn after(self, start: Self) -> f32 {
         self.0.saturating_sub(start.0) as f32 * UNIT
     }

@@ -278,6 +278,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
     }
 
     /// The part from the end of the segments handed out up to `to`.
+    #[inline(never)]
     fn part_to(&self, to: Place) -> Part {
         let way = to.after(self.here);
         let (seconds, exit) = self.profile.time_over(self.here, self.speed, way);
@@ -293,18 +294,19 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// left. No tick comes before `earliest`. Motors that are due less than `shortest` after a tick
     /// step with it. So the last part advances all motors that are left.
     fn next_due(&self, rest: Part, earliest: f32, shortest: f32) -> Part {
-        let due = || {
-            let places = self.tracer.due(self.here.step()).enumerate();
-            places.filter(|(motor, at)| *at < rest.to && !self.made.contains(*motor))
+        let due = self.tracer.due(self.here.step());
+        let left = || {
+            let places = due.iter().enumerate();
+            places.filter(|(motor, at)| **at < rest.to && !self.made.contains(*motor))
         };
-        let first = due().fold(rest.to, |first, (_, at)| first.min(at));
+        let first = left().fold(rest.to, |first, (_, at)| first.min(*at));
         let first = self.part_to(first);
         let next = max(first.seconds, earliest) + shortest;
         if next > rest.seconds {
             let motors = MotorMask::ALL.without(self.made);
             return Part { motors, ..rest };
         }
-        let soon = due().filter(|(_, at)| self.part_to(*at).seconds < next);
+        let soon = left().filter(|(_, at)| self.part_to(**at).seconds < next);
         let motors = soon.fold(MotorMask::NONE, |motors, (motor, _)| {
             motors.with(MotorMask::only(motor))
         });

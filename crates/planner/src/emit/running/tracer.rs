@@ -95,10 +95,12 @@ impl<const MOTORS: usize> Tracer<MOTORS> {
     }
 
     /// For each motor the place in the step event after `done` at which it is due.
-    pub(super) fn due(&self, done: u32) -> impl Iterator<Item = Place> + '_ {
+    pub(super) fn due(&self, done: u32) -> [Place; MOTORS] {
         let events = self.line.step_events().get();
-        let motors = self.line.steps().iter();
-        motors.map(move |steps| Place::at(done).moved(due(*steps, events, done - self.start)))
+        let share = |steps| due(steps, events, done - self.start);
+        self.line
+            .steps()
+            .map(|steps| Place::at(done).moved(share(steps)))
     }
 }
 
@@ -106,6 +108,7 @@ impl<const MOTORS: usize> Tracer<MOTORS> {
 /// of that event or later. The motor takes `steps` in a line of `events`. Bresenham's counter
 /// begins half full, so a motor's step is due where its exact share is half-way between two whole
 /// numbers.
+#[inline(never)]
 fn due(steps: u32, events: u32, done: u32) -> f32 {
     let (each, full) = (2 * u64::from(steps), 2 * u64::from(events));
     let left = full - (each * u64::from(done) + full / 2) % full;
