@@ -225,7 +225,7 @@ impl Schedule {
             return; // the one in force is kept
         }
         let place = running.here();
-        let start = f64::from(place.step) + f64::from(place.part);
+        let start = place.units() as f64 / 4_294_967_296.0;
         let at = self.time(start);
         self.profiles.retain(|(from, ..)| *from < start);
         self.profiles.push((start, at, times(running.profile())));
@@ -266,9 +266,6 @@ fn play(case: &Case, mut meddle: impl FnMut(&mut Segment<3>)) -> (Schedule, Edge
                     edges.push(timed.at as f64 / HZ);
                 }
             }
-        }
-        if !running.may_change() {
-            continue;
         }
         let aim = if running.at_profile_end() {
             going(1.0)

@@ -22,7 +22,7 @@ pub(crate) struct Exact {
 impl Exact {
     pub(crate) fn new(of: &Trapezoid) -> Self {
         let start = of.start();
-        let length = f64::from(of.end() - start.step) - f64::from(start.part);
+        let length = start.exact_before(of.end());
         let (entry_v2, exit_v2) = (f64::from(of.entry_v2()), f64::from(of.exit_v2()));
         let slopes = of.accelerations().map(|a| 2.0 * f64::from(a));
         let mut cruise = f64::from(of.cruise());

@@ -151,6 +151,20 @@ impl Carry {
         self.settle(interval >> level, 0, ticks, duration)
     }
 
+    /// One tick that is due after `duration` counts. It makes up for the whole error so far, but
+    /// comes after `shortest` counts at the earliest. If it is late, the next one makes up for it.
+    pub(crate) fn tick(&mut self, duration: f32, shortest: f32) -> Interval {
+        let due = bits(duration).saturating_add_signed(self.0);
+        let made = due.max(bits(shortest));
+        self.0 = due.wrapping_sub(made) as i64;
+        Interval::from_bits(made)
+    }
+
+    /// How late the segments so far are, counts (less than 2¹⁵), rounded down to 2⁻¹⁶ counts.
+    pub(crate) const fn late(self) -> f32 {
+        (-self.0 >> 16) as i32 as f32 / 65_536.0
+    }
+
     /// Makes up for the error so far in a segment, and notes the new one. The segment is to take
     /// `duration`; its ticks begin with the interval `first` and grow by `change` each. All in
     /// 2⁻³² counts.

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! Each call hands out a segment of at most `Config::longest_segment`; a step event that takes
-//! longer is handed out in spans. Before each segment the planner is asked again how fast the
+//! longer is handed out in parts. Before each segment the planner is asked again how fast the
 //! running move may end (the queue may have grown) and whether nominal speeds have changed
 //! (overrides). If an answer has changed, the profile is made anew from the place and the speed
 //! reached. So every change takes effect after the segments handed out.
@@ -96,7 +96,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         running.begin_pixel(|| planner.take_pixel());
         let timing = Timing::new(planner.config());
         let outlook = planner.outlook(|| running.whereabouts());
-        if running.outlook != Some(outlook) && running.may_change() {
+        if running.outlook != Some(outlook) {
             let goal = self.mode.goal();
             let profile = if planner.config().jerk > 0.0 {
                 running.eased(goal, planner)

@@ -1,6 +1,7 @@
 //! Checks a running move against the settings in exact arithmetic.
 
 use super::program::{Circle, Cut};
+use crate::speed::plan::Place;
 use crate::{Config, CornerRule, Curve, Trapezoid};
 use num_rational::BigRational;
 use num_traits::ToPrimitive;
@@ -48,7 +49,7 @@ fn joint(profile: &Trapezoid) -> f64 {
     let (entry, exit) = (exact(profile.entry_v2()), exact(profile.exit_v2()));
     let [up, down] = profile.accelerations().map(|a| exact(a.abs()));
     let start = profile.start();
-    let length = whole(i64::from(profile.end() - start.step)) - exact(start.part);
+    let length = whole((Place::at(profile.end()).units() - start.units()) as i64) / whole(1 << 32);
     let change = if entry > exit {
         &entry - &exit
     } else {

@@ -1,29 +1,59 @@
 //! The request for a profile, places in it, and stretches of it: the same for either law of speed.
 
-/// A place in a move: whole steps of the dominant motor from its start, and the part of the next
-/// one.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Place {
-    /// Whole steps.
-    pub step: u32,
-    /// Part of the next step, from 0 to below 1.
-    pub part: f32,
-}
+/// A place in a move: steps of the dominant motor from its start, in units of 2⁻³² steps.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub struct Place(u64);
+
+/// A unit of [`Place`], steps.
+const UNIT: f32 = 1.0 / 4_294_967_296.0;
 
 impl Place {
     /// Makes the place of a whole step.
     pub const fn at(step: u32) -> Self {
-        Self { step, part: 0.0 }
+        Self((step as u64) << 32)
+    }
+
+    /// Whole steps from the move's start.
+    pub const fn step(self) -> u32 {
+        (self.0 >> 32) as u32
+    }
+
+    /// Units from the move's start.
+    pub const fn units(self) -> u64 {
+        self.0
+    }
+
+    /// The share of the step under way that is done, rounded down: 0 to below 1.
+    pub(crate) const fn part(self) -> f32 {
+        (self.0 as u32 & !0xFF) as f32 * UNIT
+    }
+
+    /// Whether it is a whole step.
+    pub(crate) const fn is_whole(self) -> bool {
+        self.0 as u32 == 0
+    }
+
+    /// The place `steps` after this one; `steps` is at least 0.
+    #[inline(never)]
+    pub(crate) const fn moved(self, steps: f32) -> Self {
+        Self(self.0.saturating_add((steps / UNIT) as u64))
     }
 
     /// Steps from `start` to here, which is not before it.
-    pub(crate) fn after(self, start: Self) -> f32 {
-        self.step.saturating_sub(start.step) as f32 + (self.part - start.part)
+    #[inline(never)]
+    pub(crate) const fn after(self, start: Self) -> f32 {
+        self.0.saturating_sub(start.0) as f32 * UNIT
     }
 
     /// Steps from here to the whole step `end`, which is not before it.
-    pub(crate) fn before(self, end: u32) -> f32 {
-        end.saturating_sub(self.step) as f32 - self.part
+    pub(crate) const fn before(self, end: u32) -> f32 {
+        Self::at(end).after(self)
+    }
+
+    /// As [`Place::before`], exactly.
+    #[cfg(test)]
+    pub(crate) fn exact_before(self, end: u32) -> f64 {
+        (Self::at(end).0 - self.0) as f64 * f64::from(UNIT)
     }
 }
 

@@ -298,8 +298,7 @@ impl SCurve {
     /// Seconds from the start to the place `s` steps after it, in `f64`: the reference of the
     /// tests.
     pub(crate) fn exact_time(&self, s: f64) -> f64 {
-        let length = f64::from(self.end - self.start.step) - f64::from(self.start.part)
-            + f64::from(self.beyond);
+        let length = self.start.exact_before(self.end) + f64::from(self.beyond);
         let [easing, up, down] = [&self.easing, &self.up, &self.down].map(Ramp::exact_length);
         let head = easing + up;
         let down = down.min(length - head); // a ramp under way at the start

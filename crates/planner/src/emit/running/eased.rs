@@ -12,7 +12,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// Acceleration along the path here, mm/s².
     #[cfg(test)]
     pub(crate) fn acceleration(&self) -> f32 {
-        self.profile.motion(self.here()).1 / self.steps_per_mm
+        self.profile.motion(self.here).1 / self.steps_per_mm
     }
 
     /// The profile from here on: to a waypoint, or the shortest stop. Where neither can be reached,
@@ -56,7 +56,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
     fn fastest_of(&self, ahead: &Waypoints, jerk: f32) -> Option<SCurve> {
         /// The room that waypoints leave below a limit.
         const OVER: f32 = 1.0001;
-        let (_, under_way) = self.profile.motion(self.here());
+        let (_, under_way) = self.profile.motion(self.here);
         let mut best: Option<SCurve> = None;
         for (index, to) in ahead.iter().enumerate() {
             let plan = self.plan_to(to);
@@ -79,7 +79,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
 
     /// The place of motion, with the highest speed of a stop that begins there.
     fn at_top(&self, jerk: f32) -> Whereabouts {
-        let (speed, under_way) = self.profile.motion(self.here());
+        let (speed, under_way) = self.profile.motion(self.here);
         let top = (speed + 0.5 * max(under_way, 0.0) * under_way / jerk) / self.steps_per_mm;
         Whereabouts {
             v2: top * top,
@@ -92,7 +92,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         /// A waypoint at the move's end is known to much less than this, steps.
         const SAME: f32 = 0.01;
         let per_mm = self.steps_per_mm;
-        let beyond = to.way * per_mm - self.here().before(self.events);
+        let beyond = to.way * per_mm - self.here.before(self.events);
         let exit = to.speed * per_mm;
         Plan {
             beyond: if beyond > SAME { beyond } else { 0.0 },
@@ -115,7 +115,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         K: Kinematics<AXES, MOTORS>,
     {
         let per_mm = self.steps_per_mm;
-        let (speed, under_way) = self.profile.motion(self.here());
+        let (speed, under_way) = self.profile.motion(self.here);
         let at = self.at_top(jerk);
         let ahead = planner.waypoints(at, Some(sqrt(at.v2)));
         let (acceleration, steps) = ahead.iter().find_map(|to| {
@@ -123,10 +123,10 @@ impl<const MOTORS: usize> Running<MOTORS> {
             let steps = SCurve::stop(speed, under_way, acceleration, jerk);
             (steps <= to.way * per_mm).then_some((acceleration, steps))
         })?;
-        let left = self.here().before(self.events);
-        let whole = round_up(steps + self.progress.way).max(1);
+        let left = self.here.before(self.events);
+        let whole = round_up(steps + self.here.part()).max(1);
         let plan = Plan {
-            end: (self.progress.done + whole).min(self.events),
+            end: (self.here.step() + whole).min(self.events),
             beyond: max(steps - left, 0.0),
             cruise: max(speed, half_a_step(jerk)),
             exit_v2: 0.0,
@@ -137,9 +137,9 @@ impl<const MOTORS: usize> Running<MOTORS> {
 
     /// A plan to the end of the move.
     fn plan_from_here(&self, acceleration: f32) -> Plan {
-        let (speed, _) = self.profile.motion(self.here());
+        let (speed, _) = self.profile.motion(self.here);
         Plan {
-            start: self.here(),
+            start: self.here,
             end: self.events,
             beyond: 0.0,
             entry_v2: speed * speed,

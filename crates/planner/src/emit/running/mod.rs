@@ -17,7 +17,6 @@ use crate::speed::plan::{Place, Plan};
 use crate::speed::profile::ROUNDING;
 use crate::{Config, Profile, Trapezoid};
 use leadscrew_stepper::{Line, MotorMask, Segment};
-use piece::Parts;
 use tracer::{Along, Tracer};
 
 /// A planned move that is being executed.
@@ -29,7 +28,10 @@ pub(crate) struct Running<const MOTORS: usize> {
     steps_per_mm: f32,
     /// Acceleration along the path where the path is straight, steps/s².
     acceleration: f32,
-    progress: Progress<MOTORS>,
+    /// The end of the segments handed out.
+    here: Place,
+    /// The motors that have already been advanced in the step event under way.
+    made: MotorMask,
     tracer: Tracer<MOTORS>,
     profile: Profile,
     /// Speed at the end of the segments handed out, steps/s.
@@ -67,7 +69,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
             events,
             steps_per_mm,
             acceleration,
-            progress: Progress::default(),
+            here: Place::at(0),
+            made: MotorMask::NONE,
             tracer: Tracer::new(line),
             profile,
             speed: sqrt(entry_v2),
@@ -87,7 +90,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
 
     /// If the next pixel begins here, takes its power and asks `next` for the pixel after it.
     pub(crate) fn begin_pixel(&mut self, next: impl FnMut() -> Option<Pixel>) {
-        self.along.begin_pixel(self.progress.done, next);
+        self.along.begin_pixel(self.here.step(), next);
     }
 
     /// The line number of the pixel that begins next, or of the move.
@@ -105,22 +108,20 @@ impl<const MOTORS: usize> Running<MOTORS> {
 
     /// Time to the end of the profile, s; the speed there, mm/s; the steps of the move that follow.
     pub(crate) fn rest(&self) -> (f32, f32, u32) {
-        let steps = self.here().before(self.profile.end());
-        let parts = self.progress.parts.as_ref();
-        let (entry, elapsed) = parts.map_or((self.speed, 0.0), |of| (of.entry, of.elapsed));
-        let (seconds, _) = self.profile.time_over(self.here(), entry, steps);
+        let steps = self.here.before(self.profile.end());
+        let (seconds, _) = self.profile.time_over(self.here, self.speed, steps);
         let steps_after = self.events - self.profile.end();
-        (seconds - elapsed, sqrt(self.exit_v2()), steps_after)
+        (seconds, sqrt(self.exit_v2()), steps_after)
     }
 
     /// Speed and remaining length, for the planner.
     pub(crate) fn whereabouts(&self) -> Whereabouts {
         Whereabouts {
-            v2: self.profile.speed_v2(self.here()) / (self.steps_per_mm * self.steps_per_mm),
-            steps: self.events - self.progress.done,
-            way: self.progress.way,
-            at_start: self.progress.at_start(),
-            brakes_to_rest: self.profile.brakes_to_rest(self.here()),
+            v2: self.profile.speed_v2(self.here) / (self.steps_per_mm * self.steps_per_mm),
+            steps: self.events - self.here.step(),
+            way: self.here.part(),
+            at_start: self.at_start(),
+            brakes_to_rest: self.profile.brakes_to_rest(self.here),
         }
     }
 
@@ -129,35 +130,35 @@ impl<const MOTORS: usize> Running<MOTORS> {
         &self.profile
     }
 
-    /// The end of the segments handed out. Parts of a span that is not finished do not count.
+    /// The end of the segments handed out.
     pub(crate) const fn here(&self) -> Place {
-        self.progress.here()
+        self.here
     }
 
-    /// Whether the profile may be made anew: not while a span is handed out in part.
-    pub(crate) const fn may_change(&self) -> bool {
-        self.progress.parts.is_none()
+    /// Whether the move has not begun.
+    fn at_start(&self) -> bool {
+        self.here == Place::at(0)
     }
 
     /// Whether no step event is handed out in part.
     #[cfg(test)]
     pub(crate) fn at_step(&self) -> bool {
-        self.progress.at_step()
+        self.here.is_whole()
     }
 
     /// Whether all steps of the profile have been handed out.
     pub(crate) fn at_profile_end(&self) -> bool {
-        self.progress.done >= self.profile.end()
+        self.here.step() >= self.profile.end()
     }
 
     /// Whether the next segment belongs to the profile's last step.
     fn is_in_last_step(&self) -> bool {
-        self.progress.done + 1 >= self.profile.end()
+        self.here.step() + 1 >= self.profile.end()
     }
 
     /// Whether all steps of the move have been handed out.
     pub(crate) fn at_end(&self) -> bool {
-        self.progress.done >= self.events
+        self.here.step() >= self.events
     }
 
     /// Whether motion rests at the profile's end.
@@ -172,7 +173,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
 
     /// Makes the stepper begin the line anew, after another line came between.
     pub(crate) fn renew_line(&mut self) {
-        self.tracer.begin_anew(self.progress.done);
+        self.tracer.begin_anew(self.here.step());
     }
 
     /// Hands out the next segment.
@@ -264,17 +265,17 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// force stays where it ends no faster.
     pub(crate) fn planned(&self, aim: Aim) -> Profile {
         let ends_here = self.profile.end() == self.events - aim.steps_after;
-        let is_kept = ends_here && self.exit_v2() <= aim.exit_v2 && !self.progress.at_start();
+        let is_kept = ends_here && self.exit_v2() <= aim.exit_v2 && !self.at_start();
         if is_kept && self.missed(aim).is_some() {
             return self.profile;
         }
-        let entry_v2 = self.profile.speed_v2(self.progress.here());
+        let entry_v2 = self.profile.speed_v2(self.here);
         let path = match aim.goal {
             Goal::End => self.to_end(aim),
             Goal::Stop => self.stop(entry_v2, aim),
         };
         let plan = Plan {
-            start: self.progress.here(),
+            start: self.here,
             end: path.end,
             beyond: 0.0,
             entry_v2,
@@ -322,8 +323,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// the exit speed by more than rounding.
     fn missed(&self, aim: Aim) -> Option<f32> {
         let per_mm = self.steps_per_mm;
-        let entry_v2 = self.profile.speed_v2(self.progress.here());
-        let left = self.progress.here().before(self.events - aim.steps_after);
+        let entry_v2 = self.profile.speed_v2(self.here);
+        let left = self.here.before(self.events - aim.steps_after);
         let slowest = entry_v2 - 2.0 * aim.down * per_mm * left;
         let excess = slowest - aim.exit_v2 * per_mm * per_mm;
         (excess > ROUNDING * entry_v2).then_some(slowest)
@@ -335,15 +336,12 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// A stop within a single step is made as fast as possible: at a speed near 0 the step would
     /// never end.
     fn stop(&self, entry_v2: f32, aim: Aim) -> Path {
-        let (down, left) = (
-            aim.stop * self.steps_per_mm,
-            self.events - self.progress.done,
-        );
+        let (down, left) = (aim.stop * self.steps_per_mm, self.events - self.here.step());
         let distance = entry_v2 / (2.0 * down) * (1.0 - 0.5 * ROUNDING);
-        let steps = round_up(distance + self.progress.way).max(1);
+        let steps = round_up(distance + self.here.part()).max(1);
         if steps > left && aim.exit_v2 > 0.0 {
             let path = self.to_end(aim);
-            let slowest = entry_v2 - 2.0 * down * self.progress.here().before(path.end);
+            let slowest = entry_v2 - 2.0 * down * self.here.before(path.end);
             return Path {
                 cruise: sqrt(entry_v2),
                 exit_v2: min(path.exit_v2, max(slowest, 0.0)),
@@ -352,7 +350,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
             };
         }
         let stop = Path {
-            end: self.progress.done + steps.min(left),
+            end: self.here.step() + steps.min(left),
             cruise: sqrt(entry_v2),
             exit_v2: 0.0,
             up: aim.up * self.steps_per_mm,
@@ -365,7 +363,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         } else if steps > left {
             stop
         } else {
-            let share = distance / (steps as f32 - self.progress.way) * (1.0 + ROUNDING);
+            let share = distance / self.here.before(stop.end) * (1.0 + ROUNDING);
             Path {
                 share: min(share, 1.0),
                 ..stop
@@ -378,66 +376,6 @@ impl<const MOTORS: usize> Running<MOTORS> {
 fn round_up(steps: f32) -> u32 {
     let whole = steps as u32;
     whole.saturating_add(u32::from(steps > whole as f32))
-}
-
-/// How far the running move was handed out: the end of the segments handed out.
-///
-/// Most step events are handed out as a whole. One that takes long is handed out in spans, and a
-/// span in parts (see [`Parts`]).
-#[derive(Clone, Debug)]
-struct Progress<const MOTORS: usize> {
-    /// Whole steps of the dominant motor handed out.
-    done: u32,
-    /// The share of the next step event that was handed out in whole spans, 0 to below 1.
-    way: f32,
-    /// The motors that have already been advanced in the next step event.
-    made: MotorMask,
-    /// The span that is being handed out in parts.
-    parts: Option<Parts<MOTORS>>,
-}
-
-impl<const MOTORS: usize> Default for Progress<MOTORS> {
-    /// The start of a move.
-    fn default() -> Self {
-        Self {
-            done: 0,
-            way: 0.0,
-            made: MotorMask::NONE,
-            parts: None,
-        }
-    }
-}
-
-impl<const MOTORS: usize> Progress<MOTORS> {
-    /// The end of the segments handed out. Parts of a span that is not finished do not count.
-    const fn here(&self) -> Place {
-        Place {
-            step: self.done,
-            part: self.way,
-        }
-    }
-
-    /// Whether the move has not begun.
-    fn at_start(&self) -> bool {
-        self.done == 0 && self.way <= 0.0
-    }
-
-    /// Whether no step event is handed out in part.
-    fn at_step(&self) -> bool {
-        self.parts.is_none() && self.way <= 0.0
-    }
-
-    /// Ends the span at the share `to` of its step event. If `to` is 1, the event is over.
-    fn end_span(&mut self, to: f32) {
-        self.parts = None;
-        if to < 1.0 {
-            self.way = to;
-        } else {
-            self.way = 0.0;
-            self.made = MotorMask::NONE;
-            self.done += 1;
-        }
-    }
 }
 
 /// Timer and smoothing, from the configuration.

@@ -1,8 +1,8 @@
 //! The next piece of the running move: as many whole steps as a segment may have, or a part of one
-//! step (see [`Parts`]).
+//! step (see [`Part`]).
 
-use super::{Progress, Running, Timing};
-use crate::emit::fit::{bits, steps, Carry, Linear};
+use super::{Running, Timing};
+use crate::emit::fit::{steps, Carry, Linear};
 use crate::real::{max, min};
 use crate::speed::plan::Place;
 use core::num::NonZeroU16;
@@ -52,11 +52,11 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// The next piece: a part of a step event, or as many whole step events as a segment may have.
     pub(super) fn piece(&mut self, timing: Timing, carry: &mut Carry) -> Piece {
         if self.is_for_parts(timing) {
-            if let Some(parts) = self.progress.parts.or_else(|| self.first_part(timing)) {
-                return self.part(parts, timing, carry);
+            if let Some(part) = self.part(timing, carry) {
+                return part;
             }
         }
-        let done = self.progress.done;
+        let done = self.here.step();
         let stretch = self.profile.stretch(done);
         let events = steps(self.speed, stretch.acceleration, timing.longest_segment)
             .min(stretch.steps)
@@ -73,7 +73,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// 24 bits so that no drift adds up.
     fn cruise_piece(&mut self, events: u32, timing: Timing, carry: &mut Carry) -> Piece {
         let seconds = 1.0 / self.speed;
-        self.progress.done += events;
+        self.here = Place::at(self.here.step() + events);
         let steady = self.acceleration * seconds * seconds * seconds < 16.0 * SURPRISE;
         let evenness = if steady { 1.0 } else { NEARLY_EVEN };
         let smoothing = self.tracer.smoothing(seconds, timing, evenness);
@@ -98,7 +98,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         let ramp = self.ramp(events);
         let evenness = min(self.speed, ramp.exit) * ramp.seconds / all;
         self.speed = ramp.exit;
-        self.progress.done += events;
+        self.here = Place::at(self.here.step() + events);
         let smoothing = self.tracer.smoothing(ramp.seconds / all, timing, evenness);
         let ticks = ticks(events, smoothing);
         let count = f32::from(ticks.get());
@@ -130,7 +130,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
 
     /// The next `events` steps of the profile.
     fn ramp(&self, events: u32) -> Ramp {
-        let (done, all) = (self.progress.done, events as f32);
+        let (done, all) = (self.here.step(), events as f32);
         let half = if events > 1 { (events / 2) as f32 } else { 0.5 };
         let over = |from, speed, steps| self.profile.time_over(Place::at(from), speed, steps);
         let (first, middle_speed) = over(done, self.speed, half);
@@ -187,235 +187,163 @@ const LONGER: f32 = 1.18;
 /// most.
 const ROOM: f32 = 16.0;
 
-/// The shortest span, steps. If a step takes more than 1000 s, this span takes longer than a
+/// The shortest part, steps. If a step takes more than 10⁶ s, this part takes longer than a
 /// segment may, and is handed out nevertheless.
-const LEAST_WAY: f32 = 1.0 / (1 << 20) as f32;
+const LEAST_WAY: f32 = 1.0 / (1 << 30) as f32;
 
-/// The most corrections of the length of a span, see [`Running::cut`].
+/// The most corrections of the length of a part, see [`Running::cut`].
 const CORRECTIONS: u32 = 24;
 
-/// A span takes at most this share of the rest of a step event, or all of the rest.
+/// A part that is cut takes at most this share of what it is cut from.
 const MOST_OF_IT: f32 = 0.75;
 
-/// A span of a step event that is being handed out in parts.
+/// A part of a step event: the motors that are advanced in it, its end, its duration in seconds,
+/// the speed at its end in steps/s.
 ///
 /// In a step event that is handed out in parts, each motor steps when it is due, and the profile
-/// may change within the event.
+/// may change after each part.
 ///
 /// At low speeds one step takes much longer or shorter than the next. Out of rest the first quarter
 /// of a step takes half of its time. A hold or an override may change the speed of the next step.
 /// Ticks whose interval changes linearly cannot follow that, and a motor that is half a tick early
 /// may be early by a large part of a step's time. But in one step event each motor steps at most
-/// once. So the profile itself tells when each motor is due, and the step event is cut at these
-/// times into parts of one tick each:
+/// once. So the step event is cut where motors are due into parts of one tick each, and where a
+/// part would take longer than a segment may:
 ///
 /// ```text
-///                      Y       Z              X, the dominant motor
-///   |------------------|-------|--------------|
-///     part of Y alone   of Z    of all others
+///              Y               Z           X, the dominant motor
+///   |..........|......|........|...........|      parts of a millisecond at most
 /// ```
 ///
-/// In its part each motor is advanced by the whole step event at once.
+/// In the part that ends where it is due each motor is advanced by the whole step event at once.
 ///
 /// Ticks cannot be closer than [`Timing::shortest_tick`]. A step that is due sooner after a tick
-/// comes a little late, or with the next tick.
-///
-/// A segment that was handed out cannot be changed. So a step event that takes longer than a
-/// segment may is handed out in *spans*, each of them in parts. Between two spans no motor steps,
-/// and the profile may be made anew, as between steps:
-///
-/// ```text
-///              Y                           X
-///   |..........|......|................|...|      spans of a millisecond at most
-/// ```
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Parts<const MOTORS: usize> {
-    /// When each motor is due, seconds from the span's start. A motor that is not due within this
-    /// span has `seconds` or more.
-    due: [f32; MOTORS],
-    /// The motors that are still to be advanced in this span.
-    left: MotorMask,
-    /// The span's end, as a share of the step event, up to 1.
-    to: f32,
-    /// Speeds at the span's start, at its end and in the mean, steps/s.
-    pub(super) entry: f32,
-    exit: f32,
-    mean: f32,
-    /// Time of the span, and of its parts handed out so far, seconds.
-    seconds: f32,
-    pub(super) elapsed: f32,
-    /// How early motors are to be at the span's end, as in [`Tracer`](super::tracer::Tracer).
-    early: Option<Smoothing>,
-}
-
-/// A piece of a step event: its end, as a share of the step event; its duration, seconds; the speed
-/// at its end, steps/s.
+/// comes a little late, or with the tick before it. [`Carry`] makes the next tick come sooner.
 #[derive(Clone, Copy)]
-struct Span {
-    to: f32,
+struct Part {
+    motors: MotorMask,
+    to: Place,
     seconds: f32,
     exit: f32,
 }
 
 impl<const MOTORS: usize> Running<MOTORS> {
-    /// Whether a part is next, or a step event that may have to be handed out in parts.
-    ///
-    /// The step event after such step events is handed out in parts, too. At its end motors are as
-    /// early as the following ticks need them to be.
+    /// Whether a part is next, or a step event that may have to be handed out in parts: one that
+    /// takes much longer than the next, or longer than a segment, or may do so after an override.
     fn is_for_parts(&self, timing: Timing) -> bool {
-        let (begun, after_parts) = (!self.progress.at_step(), self.tracer.lacks_early());
-        begun || after_parts || self.is_sudden() || self.is_slow(timing)
+        let is_sudden = self.speed * self.speed < SUDDEN * self.acceleration;
+        !self.here.is_whole() || is_sudden || self.speed * timing.longest_segment < LONGER
     }
 
-    /// Whether one step takes much longer than the next, or may do so (see [`SUDDEN`]).
-    fn is_sudden(&self) -> bool {
-        self.speed * self.speed < SUDDEN * self.acceleration
-    }
-
-    /// Whether the next step takes, or may take, longer than a segment.
-    fn is_slow(&self, timing: Timing) -> bool {
-        self.speed * timing.longest_segment < LONGER
-    }
-
-    /// Begins to hand out in parts the rest of the next step event, or a span of it. `None` where
-    /// that rest takes no longer than a segment may and no motor needs parts, or ticks would be too
-    /// close.
-    fn first_part(&self, timing: Timing) -> Option<Parts<MOTORS>> {
-        let (rest, way) = (self.span(1.0), self.progress.way);
-        let room = ROOM * timing.shortest_tick;
-        let longest = max(timing.longest_segment, 2.0 * timing.shortest_tick);
-        let span = if rest.seconds > longest {
-            self.cut(rest, longest)
-        } else if way > 0.0 || self.tracer.is_smooth() && rest.seconds >= room {
-            rest
-        } else {
+    /// The next part of the step event. `None` where the event takes no longer than a segment may
+    /// and no motor needs parts, or ticks would be too close.
+    fn part(&mut self, timing: Timing, carry: &mut Carry) -> Option<Piece> {
+        let (shortest, start) = (timing.shortest_tick, self.here);
+        let longest = max(timing.longest_segment, 2.0 * shortest);
+        let end = Place::at(start.step() + 1);
+        let rest = self.part_to(end);
+        let has_room = self.tracer.is_smooth() && rest.seconds >= ROOM * shortest;
+        if start.is_whole() && rest.seconds <= longest && !has_room {
             return None;
+        }
+        let earliest = carry.late() / timing.hz + shortest;
+        let next = self.next_due(rest, earliest, shortest);
+        let part = if next.seconds > longest {
+            self.cut(next, longest)
+        } else {
+            next
         };
-        let (due, left) = self.due(&span);
-        let whole = rest.seconds / (1.0 - way);
-        Some(Parts {
-            due,
-            left,
-            to: span.to,
-            entry: self.speed,
-            exit: span.exit,
-            mean: (span.to - way) / span.seconds,
-            seconds: span.seconds,
-            elapsed: 0.0,
-            early: if span.to < 1.0 || self.is_sudden() || self.is_slow(timing) {
-                None
-            } else {
-                Some(self.tracer.wanted(whole, timing, SETTLED))
-            },
+        let interval = carry.tick(part.seconds * timing.hz, shortest * timing.hz);
+        self.speed = part.exit;
+        self.here = part.to;
+        self.made = if part.to < end {
+            self.made.with(part.motors)
+        } else {
+            MotorMask::NONE
+        };
+        // The following ticks need the motors early, unless they are parts.
+        let wanted = || self.tracer.wanted(1.0 / self.speed, timing, SETTLED);
+        let early = (!self.is_for_parts(timing)).then(wanted);
+        self.tracer.set_early(early);
+        Some(Piece {
+            ticks: NonZeroU16::MIN,
+            smoothing: Smoothing::None,
+            motors: part.motors,
+            ends_event: self.here.is_whole(),
+            early: self.tracer.early().of_a_part(),
+            interval,
+            interval_change: IntervalChange::ZERO,
+            speeds: [part.to.after(start) / part.seconds; 2],
         })
     }
 
-    /// The piece of the next step event from the end of the segments handed out up to `to`.
-    fn span(&self, to: f32) -> Span {
-        let here = self.progress.here();
-        let (seconds, exit) = self.profile.time_over(here, self.speed, to - here.part);
-        Span { to, seconds, exit }
+    /// The part from the end of the segments handed out up to `to`.
+    #[inline(never)]
+    fn part_to(&self, to: Place) -> Part {
+        let way = to.after(self.here);
+        let (seconds, exit) = self.profile.time_over(self.here, self.speed, way);
+        Part {
+            motors: MotorMask::NONE,
+            to,
+            seconds,
+            exit,
+        }
     }
 
-    /// A piece of `rest` that takes no longer than `longest`, and at least half of `longest` if
-    /// such a piece can be found.
+    /// The part to the place where the next motor is due in the step event, of which `rest` is
+    /// left. No tick comes before `earliest`. Motors that are due less than `shortest` after a tick
+    /// step with it. So the last part advances all motors that are left.
+    fn next_due(&self, rest: Part, earliest: f32, shortest: f32) -> Part {
+        let due = self.tracer.due(self.here.step());
+        let left = || {
+            let places = due.iter().enumerate();
+            places.filter(|(motor, at)| **at < rest.to && !self.made.contains(*motor))
+        };
+        let first = left().fold(rest.to, |first, (_, at)| first.min(*at));
+        let first = self.part_to(first);
+        let next = max(first.seconds, earliest) + shortest;
+        if next > rest.seconds {
+            let motors = MotorMask::ALL.without(self.made);
+            return Part { motors, ..rest };
+        }
+        let soon = left().filter(|(_, at)| self.part_to(**at).seconds < next);
+        let motors = soon.fold(MotorMask::NONE, |motors, (motor, _)| {
+            motors.with(MotorMask::only(motor))
+        });
+        Part { motors, ..first }
+    }
+
+    /// `whole`, or a part of it that takes no longer than `longest`, and at least half of `longest`
+    /// if such a part can be found.
     ///
-    /// `rest` is divided into as many pieces as needed, each of the same time. The length of a
-    /// piece is found as under constant acceleration, which it mostly is. Where a ramp ends, or
-    /// under a jerk limit, the length is corrected. A piece that is too short in time is made
-    /// longer in proportion, which is never too much where the speed grows. A piece that takes too
+    /// `whole` is divided into as many parts as needed, each of the same time. The length of a
+    /// part is found as under constant acceleration, which it mostly is. Where a ramp ends, or
+    /// under a jerk limit, the length is corrected. A part that is too short in time is made
+    /// longer in proportion, which is never too much where the speed grows. A part that takes too
     /// long is made shorter by the cube of the ratio, as out of rest with limited jerk.
-    fn cut(&self, rest: Span, longest: f32) -> Span {
-        let (v0, v1, left) = (self.speed, rest.exit, 1.0 - self.progress.way);
-        let pieces = (rest.seconds / longest) as u32 + 1;
-        let wanted = rest.seconds / pieces as f32;
+    fn cut(&self, whole: Part, longest: f32) -> Part {
+        let (v0, v1, left) = (self.speed, whole.exit, whole.to.after(self.here));
+        let pieces = (whole.seconds / longest) as u32 + 1;
+        let wanted = whole.seconds / pieces as f32;
         let gained = 0.25 * (v1 * v1 - v0 * v0) / left * wanted;
-        let (mut way, mut span, mut shortened) = ((v0 + gained) * wanted, rest, false);
+        let (mut way, mut part, mut shortened) = ((v0 + gained) * wanted, whole, false);
         for _ in 0..CORRECTIONS {
             way = max(min(way, MOST_OF_IT * left), LEAST_WAY);
-            span = self.span(self.progress.way + way);
-            let ratio = wanted / span.seconds;
-            if span.seconds > longest {
+            part = self.part_to(self.here.moved(way));
+            let ratio = wanted / part.seconds;
+            if part.seconds > longest {
                 way *= max(ratio * ratio * ratio, 0.1);
                 shortened = true;
-            } else if !shortened && 2.0 * span.seconds < longest && way < MOST_OF_IT * left {
+            } else if !shortened && 2.0 * part.seconds < longest && way < MOST_OF_IT * left {
                 way *= ratio;
             } else {
                 break;
             }
         }
-        span
-    }
-
-    /// Hands out the next part.
-    fn part(&mut self, parts: Parts<MOTORS>, timing: Timing, carry: &mut Carry) -> Piece {
-        let next = parts.next(timing.shortest_tick);
-        let (motors, end) = next.unwrap_or((parts.left, parts.seconds));
-        // With differences of rounded times, the times of the parts add up to the time of the span
-        // exactly.
-        let counts = bits(end * timing.hz).saturating_sub(bits(parts.elapsed * timing.hz));
-        let interval = carry.settle(counts, 0, NonZeroU16::MIN, counts).0;
-        self.progress.made = self.progress.made.with(motors);
-        if next.is_some() {
-            self.speed = parts.mean;
-            self.tracer.set_early(None);
-            self.progress.parts = Some(Parts {
-                left: parts.left.without(motors),
-                elapsed: end,
-                ..parts
-            });
+        if part.to < whole.to {
+            part
         } else {
-            self.speed = parts.exit;
-            self.tracer.set_early(parts.early);
-            self.progress.end_span(parts.to);
+            whole
         }
-        Piece {
-            ticks: NonZeroU16::MIN,
-            smoothing: Smoothing::None,
-            motors,
-            ends_event: self.progress.at_step(),
-            early: self.tracer.early().of_a_part(),
-            interval,
-            interval_change: IntervalChange::ZERO,
-            speeds: [parts.mean; 2],
-        }
-    }
-
-    /// When each motor is due in `span` (seconds from its start), and the motors that are advanced
-    /// in it. In the last span of a step event these are all motors that were not advanced yet.
-    fn due(&self, span: &Span) -> ([f32; MOTORS], MotorMask) {
-        let Progress {
-            done, way, made, ..
-        } = self.progress;
-        let (mut due, mut left) = ([span.seconds; MOTORS], MotorMask::NONE);
-        for (motor, (due, share)) in due.iter_mut().zip(self.tracer.due(done)).enumerate() {
-            if share < span.to && !made.contains(motor) {
-                *due = self.span(max(share, way)).seconds;
-                left = left.with(MotorMask::only(motor));
-            }
-        }
-        if span.to < 1.0 {
-            (due, left)
-        } else {
-            (due, MotorMask::ALL.without(made))
-        }
-    }
-}
-
-impl<const MOTORS: usize> Parts<MOTORS> {
-    /// The motors that are due next, and when, seconds from the span's start. `None` where all that
-    /// are left step at the span's end.
-    fn next(&self, shortest: f32) -> Option<(MotorMask, f32)> {
-        let left = || {
-            let motors = self.due.iter().enumerate();
-            motors.filter(|(motor, _)| self.left.contains(*motor))
-        };
-        let first = left().fold(self.seconds, |first, (_, due)| min(first, *due));
-        let at = max(first, self.elapsed + shortest);
-        let soon = left().filter(|(_, due)| **due < at + shortest);
-        let motors = soon.fold(MotorMask::NONE, |motors, (motor, _)| {
-            motors.with(MotorMask::only(motor))
-        });
-        (at + shortest <= self.seconds).then_some((motors, at))
     }
 }

@@ -7,6 +7,7 @@ use crate::emit::fit::smoothing;
 use crate::emit::pixel::Pixel;
 use crate::moves::{MovePower, PlannedMove};
 use crate::real::max;
+use crate::speed::plan::Place;
 use core::num::NonZeroU16;
 use fixed::types::U1F31;
 use leadscrew_stepper::{Early, Line, LineStart, OutputChange, Power, PowerChange, Smoothing};
@@ -72,12 +73,6 @@ impl<const MOTORS: usize> Tracer<MOTORS> {
         self.smooth
     }
 
-    /// Whether motors should be early, but are not, because the segment before was a part of a step
-    /// event.
-    pub(super) fn lacks_early(&self) -> bool {
-        self.smooth && self.early.is_none() && !self.announce
-    }
-
     /// The smoothing of the next segment. A coarser smoothing begins one segment late: the next
     /// segment keeps the finer smoothing, and in it the motors become as early as the coarser
     /// smoothing needs.
@@ -99,11 +94,13 @@ impl<const MOTORS: usize> Tracer<MOTORS> {
         }
     }
 
-    /// For each motor the share of the step event after `done` at which it is due.
-    pub(super) fn due(&self, done: u32) -> impl Iterator<Item = f32> + '_ {
-        let (events, done) = (self.line.step_events().get(), done - self.start);
-        let motors = self.line.steps().iter();
-        motors.map(move |steps| due(*steps, events, done))
+    /// For each motor the place in the step event after `done` at which it is due.
+    pub(super) fn due(&self, done: u32) -> [Place; MOTORS] {
+        let events = self.line.step_events().get();
+        let share = |steps| due(steps, events, done - self.start);
+        self.line
+            .steps()
+            .map(|steps| Place::at(done).moved(share(steps)))
     }
 }
 
@@ -111,6 +108,7 @@ impl<const MOTORS: usize> Tracer<MOTORS> {
 /// of that event or later. The motor takes `steps` in a line of `events`. Bresenham's counter
 /// begins half full, so a motor's step is due where its exact share is half-way between two whole
 /// numbers.
+#[inline(never)]
 fn due(steps: u32, events: u32, done: u32) -> f32 {
     let (each, full) = (2 * u64::from(steps), 2 * u64::from(events));
     let left = full - (each * u64::from(done) + full / 2) % full;

@@ -160,7 +160,7 @@ fn check_profile(
         prop_assert!(rate <= 1.000_001, "rate {}", rate);
         // A ramp may make up for the rounding of the squared speed that it begins with.
         let start = profile.start();
-        let length = f64::from(profile.end() - start.step) - f64::from(start.part);
+        let length = start.exact_before(profile.end());
         for a in profile.accelerations() {
             let a = f64::from(a.abs());
             let rounding = 2e-6 * f64::from(profile.entry_v2()) / (2.0 * a * length);

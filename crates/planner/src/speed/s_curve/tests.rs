@@ -64,7 +64,7 @@ impl Case {
 /// Times of all steps by the profile, in `f64` seconds.
 fn times(profile: &SCurve) -> Vec<f64> {
     let mut at = 0.0;
-    (profile.start().step..profile.end())
+    (profile.start().step()..profile.end())
         .map(|step| {
             at += f64::from(profile.time_over(Place::at(step), 1.0).0);
             at
