@@ -41,7 +41,7 @@ pub(crate) type Waypoints = Vec<Waypoint, 8>;
 
 /// How many moves are looked at. Motion has to be able to rest at the end of the last. Each takes
 /// some 250 instructions of the F407 in one `Machine::poll`.
-pub(crate) const MOVES: usize = 48;
+pub(crate) const MOVES: usize = 40;
 
 /// The share of a limit that is used. The rest is for rounding.
 const ROOM: f32 = 1.0 - 2e-4;

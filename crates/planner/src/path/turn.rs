@@ -248,25 +248,21 @@ impl<const AXES: usize> Window<AXES> {
     /// The highest squared speed at a corner, mm²/s²; `None` if more path has to be known for it.
     fn corner(&self, number: u32, limits: &Limits<AXES>, when: When) -> Option<f32> {
         let corner = self.junction(number, limits);
-        let pieces = &mut [0; 2];
-        let mut allowed = |length| {
-            let bend = self.curvature(number, min(length, FARTHEST), 0.0, limits, pieces);
-            cap(&bend)
-        };
-        let mut by_curve = allowed(self.lengths(number).0);
-        for count in 2..=WIDEST {
-            if corner < by_curve {
-                break;
-            }
+        let mut by_curve = 0.0;
+        for count in 1..=WIDEST {
             if self.from(number) < count && when == When::Known {
                 return None;
             }
             let first = number.wrapping_sub(self.before(number).min(count));
             let last = number.wrapping_add(self.from(number).min(count));
             let shorter = min(self.way(first, number), self.way(number, last));
-            by_curve = max(by_curve, allowed(shorter));
+            let bend = self.curvature(number, min(shorter, FARTHEST), 0.0, limits, &mut [0; 2]);
+            by_curve = max(by_curve, cap(&bend));
+            if corner < by_curve {
+                return Some(corner);
+            }
         }
-        Some(min(corner, by_curve))
+        Some(by_curve)
     }
 
     /// Whether the middle of the shorter piece is farther from the curve than `$11`: the sagitta is

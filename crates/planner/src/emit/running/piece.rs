@@ -278,7 +278,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
     }
 
     /// The part from the end of the segments handed out up to `to`.
-    #[inline(never)]
+    #[inline(never)] // inlined, a record of four motors takes 156 bytes more
     fn part_to(&self, to: Place) -> Part {
         let way = to.after(self.here);
         let (seconds, exit) = self.profile.time_over(self.here, self.speed, way);

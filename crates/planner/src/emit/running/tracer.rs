@@ -108,7 +108,7 @@ impl<const MOTORS: usize> Tracer<MOTORS> {
 /// of that event or later. The motor takes `steps` in a line of `events`. Bresenham's counter
 /// begins half full, so a motor's step is due where its exact share is half-way between two whole
 /// numbers.
-#[inline(never)]
+#[inline(never)] // inlined, a record of four motors takes 332 bytes more
 fn due(steps: u32, events: u32, done: u32) -> f32 {
     let (each, full) = (2 * u64::from(steps), 2 * u64::from(events));
     let left = full - (each * u64::from(done) + full / 2) % full;
