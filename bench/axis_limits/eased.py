@@ -10,7 +10,8 @@ The time between two nodes is a convex function of the speeds, and so is the sum
     |u' - u| <= jerk * (t + t') / 2
 
 Its right side is convex, so it is never below its tangent at a known solution. With the tangent in its place the program is
-convex, and its solution keeps the limit itself. It is solved anew around each solution, until the time stays.
+convex, and its solution keeps the limit itself. It is solved anew around each solution, until the time stays. (It is not proved
+that no plan is shorter.)
 """
 import math
 
@@ -114,24 +115,24 @@ class Problem:
     def jerks(self, speeds):
         """The jerk limit around the solution `speeds`, and at the rests at both ends."""
         speeds = np.maximum(speeds, SLOWEST)
-        both = speeds[1:] + speeds[:-1]
-        times = 2 * self.lengths / both
         inner, first, last = self.between[:-1], self.between[:1], self.between[-1:]
         for sign in (1.0, -1.0):
-            for changes, share in (
-                (((inner, -sign), (inner + 1, sign)), 0.5),
-                (((first, sign),), RAMP_ACCELERATION),
-                (((last, sign),), RAMP_ACCELERATION),
-            ):
-                row = np.arange(len(changes[0][0]))
-                entries, constants = [], np.zeros(len(row))
-                for at, change in changes:
-                    # By its tangent a time is at least  times * (3/2 - (x/w + x'/w') / 2(w + w')).
-                    jerk = share * self.jerk * times[at]
-                    entries.append((row, self.u(at), change))
-                    entries += [(row, self.x(at + end), jerk / (2 * both[at] * speeds[at + end])) for end in (0, 1)]
-                    constants += 1.5 * jerk
-                yield self.rows(len(row), *entries), constants
+            yield self.jerk_bound(speeds, [(inner, -sign), (inner + 1, sign)], 0.5)
+            yield self.jerk_bound(speeds, [(first, sign)], RAMP_ACCELERATION)
+            yield self.jerk_bound(speeds, [(last, sign)], RAMP_ACCELERATION)
+
+    def jerk_bound(self, speeds, changes, share):
+        """The sum of the accelerations between nodes, each with its sign, is at most `share` of jerk times their times."""
+        row = np.arange(len(changes[0][0]))
+        entries, constants = [], np.zeros(len(row))
+        for at, sign in changes:
+            # By its tangent the time is at least  t * (3/2 - (x/w + x'/w') / 2(w + w'))  with t, w of the solution.
+            both = speeds[at] + speeds[at + 1]
+            gained = share * self.jerk * 2 * self.lengths[at] / both
+            entries.append((row, self.u(at), sign))
+            entries += [(row, self.x(at + end), gained / (2 * both * speeds[at + end])) for end in (0, 1)]
+            constants += 1.5 * gained
+        return self.rows(len(row), *entries), constants
 
     def solved(self, speeds=None):
         """The speeds of the shortest time. Without `speeds` around which to solve: without the jerk limit."""
