@@ -194,7 +194,7 @@ const LEAST_WAY: f32 = 1.0 / (1 << 30) as f32;
 /// The most corrections of the length of a part, see [`Running::cut`].
 const CORRECTIONS: u32 = 24;
 
-/// A part that is cut takes at most this share of what it is cut from.
+/// A part that is cut takes at most this share of the part before the cut.
 const MOST_OF_IT: f32 = 0.75;
 
 /// A part of a step event: the motors that are advanced in it, its end, its duration in seconds,
