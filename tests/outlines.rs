@@ -235,7 +235,7 @@ fn growth(of: &Outline) -> f64 {
 }
 
 /// No outline may take 0.5 % longer with a greater `$11`. The outlines are the same in each run;
-/// `CAMPAIGN=10000` tries so many of them, of which two take longer (docs/benchmarks.md, section
+/// `CAMPAIGN=10000` tries 10 000 outlines. Two of them take longer (docs/benchmarks.md, section
 /// "Motion", tells the cause).
 #[test]
 fn a_greater_deviation_makes_no_outline_slower() {
