@@ -1,5 +1,6 @@
 //! A text that a reader did not understand, and its place.
 
+use std::collections::HashMap;
 use std::fmt;
 
 /// A text in a file that a reader does not understand.
@@ -34,23 +35,62 @@ impl fmt::Display for Fault {
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Faults(pub Vec<Fault>);
 
-/// Faults that are shown one by one. The limit is for a file of another kind, which has a fault in
-/// each line.
+/// Mistakes that are shown. The limit is for a file of another kind, which has a fault in each
+/// line.
 const SHOWN: usize = 20;
 /// Characters of a line that are shown.
 const WIDTH: usize = 100;
 
 impl Faults {
     /// Writes the faults as a compiler does: `file:line:column: message`, the line, and a caret
-    /// below it.
+    /// below it. A mistake that many lines make is shown once, at the first of them, with their
+    /// count.
     pub fn show(&self, file: &str, text: &str) -> String {
         let lines: Vec<&str> = text.lines().collect();
-        let shown = self.0.iter().take(SHOWN);
-        let mut all: Vec<String> = shown.map(|fault| one(file, &lines, fault)).collect();
-        if self.0.len() > SHOWN {
-            all.push(format!("{file}: and {} more", self.0.len() - SHOWN));
+        let causes = self.causes();
+        let shown = causes.iter().take(SHOWN);
+        let mut all: Vec<String> = shown.map(|cause| cause.show(file, &lines)).collect();
+        if causes.len() > SHOWN {
+            all.push(format!("{file}: and {} more", causes.len() - SHOWN));
         }
         all.join("\n")
+    }
+
+    /// The mistakes, each with the faults that it makes, in the order of their first lines.
+    fn causes(&self) -> Vec<Cause<'_>> {
+        let mut causes: Vec<Cause<'_>> = Vec::new();
+        let mut places = HashMap::new();
+        for fault in &self.0 {
+            let place = *places.entry(fault.message.as_str()).or_insert(causes.len());
+            match causes.get_mut(place) {
+                Some(cause) => {
+                    cause.last = Some((cause.last.map_or(1, |(more, _)| more + 1), fault.line))
+                }
+                None => causes.push(Cause {
+                    first: fault,
+                    last: None,
+                }),
+            }
+        }
+        causes
+    }
+}
+
+/// A mistake that one line or more make.
+struct Cause<'a> {
+    first: &'a Fault,
+    /// How many more faults there are, and the line of the last one.
+    last: Option<(usize, u32)>,
+}
+
+impl Cause<'_> {
+    fn show(&self, file: &str, lines: &[&str]) -> String {
+        let first = one(file, lines, self.first);
+        match self.last {
+            None => first,
+            Some((1, line)) => format!("{first}\n       = once more: line {line}"),
+            Some((more, line)) => format!("{first}\n       = {more} times more, up to line {line}"),
+        }
     }
 }
 
@@ -85,7 +125,26 @@ mod tests {
 
     #[test]
     fn a_file_of_another_kind_does_not_flood_the_screen() {
-        let faults = Faults((1..1000).map(|line| Fault::new(line, 1, "?")).collect());
+        let faults = (1..1000).map(|line| Fault::new(line, 1, format!("? {line}")));
+        let faults = Faults(faults.collect());
         assert!(faults.show("a", "x").ends_with("a: and 979 more"));
+    }
+
+    #[test]
+    fn a_mistake_that_many_lines_make_is_shown_once() {
+        let lines = [(3, "a"), (5, "b"), (7, "a"), (9, "a"), (11, "b"), (12, "c")];
+        let faults = Faults(lines.map(|(line, what)| Fault::new(line, 1, what)).to_vec());
+        let shown = faults.show("f", "");
+        let told: Vec<&str> = shown.lines().filter(|line| !line.contains('|')).collect();
+        assert_eq!(
+            told,
+            [
+                "f:3:1: a",
+                "       = 2 times more, up to line 9",
+                "f:5:1: b",
+                "       = once more: line 11",
+                "f:12:1: c",
+            ]
+        );
     }
 }

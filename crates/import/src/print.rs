@@ -1,8 +1,8 @@
 //! Converts a printer's G-code, as slicers write it for Marlin.
 //!
 //! Moves, E, coordinates and heaters stay as they are. Commands that mean something else to Grbl
-//! are translated. Commands that only tune a printer are dropped, with a note. Any other command is
-//! a fault.
+//! are translated. Commands that only tune or tend a printer are dropped, with a note. Any other
+//! command is a fault.
 
 use crate::gcode_text::{comment, each_once};
 use crate::{Fault, Faults, Job, Mm};
@@ -48,11 +48,40 @@ struct Printer {
     home: Option<[Mm; 3]>,
     /// Whether motion may be under way.
     moves: bool,
+    /// The place in the file's coordinates, as far as it is known.
+    place: Place,
     lines: Vec<String>,
     notes: Vec<String>,
     /// Codes that were dropped, each with its lines.
     dropped: BTreeMap<String, Vec<usize>>,
     faults: Vec<Fault>,
+}
+
+/// The last X, Y and Z of a file in absolute coordinates; `None`: not known.
+#[derive(Clone, Copy, Default)]
+struct Place {
+    axes: [Option<Number>; 3],
+    /// True after `G91`: then a place is not known.
+    is_relative: bool,
+}
+
+impl Place {
+    /// Takes the words of a command that stays as it is.
+    fn take(&mut self, words: &[Word]) {
+        match words.first().map(Word::to_string).as_deref() {
+            Some("G90") => self.is_relative = false,
+            Some("G91") => self.is_relative = true,
+            _ => {}
+        }
+        for word in words {
+            let axis = [Letter::X, Letter::Y, Letter::Z]
+                .iter()
+                .position(|axis| *axis == word.letter());
+            if let Some(place) = axis.and_then(|axis| self.axes.get_mut(axis)) {
+                *place = (!self.is_relative).then_some(word.value());
+            }
+        }
+    }
 }
 
 /// Commands that move the machine.
@@ -65,6 +94,8 @@ type Wrong = (usize, String);
 enum Fate {
     /// It stays, and may have words of these letters.
     Stays(&'static [Letter]),
+    /// An arc, or a helix of whole turns.
+    Arc,
     /// It sets the places of axes, and has to name an axis: without one, printers disagree on its
     /// meaning.
     Places,
@@ -78,9 +109,9 @@ enum Fate {
     Message,
     /// It waits until motion ends.
     Wait,
-    /// It only tunes a printer, and is dropped.
+    /// It only tunes or tends a printer, and is dropped.
     Dropped,
-    /// It sets a percentage; 100 changes nothing.
+    /// It sets a percentage, and is dropped; 100 changes nothing.
     Percent,
 }
 
@@ -97,12 +128,27 @@ impl Printer {
 
     fn command(&mut self, number: usize, text: &str) -> Result<(), Wrong> {
         let text = without_checksum(text.trim_end())?.trim_end();
+        if let Some(remark) = parenthesised(text) {
+            self.lines.push(comment(remark));
+            return Ok(());
+        }
         let (start, code) = code(text);
         if start == text.len() {
             return Ok(());
         }
         let column = start + 1;
-        let upper = code.to_ascii_uppercase();
+        let upper = canonical(code);
+        let named = text[start..]
+            .split_ascii_whitespace()
+            .next()
+            .unwrap_or_default();
+        if is_host_command(named) {
+            self.dropped
+                .entry(named.to_owned())
+                .or_default()
+                .push(number);
+            return Ok(());
+        }
         let fate = fate(&upper).ok_or_else(|| {
             let shown = if code.is_empty() { text.trim() } else { code };
             (column, format!("{shown} has no counterpart"))
@@ -110,6 +156,7 @@ impl Printer {
         let behind = &text[start + code.len()..];
         match fate {
             Fate::Stays(letters) => self.write(&understood(text, column, letters)?),
+            Fate::Arc => return self.arc(text, column),
             Fate::Places => {
                 let words =
                     understood(text, column, &[Letter::X, Letter::Y, Letter::Z, Letter::E])?;
@@ -127,11 +174,15 @@ impl Printer {
             Fate::Message => self.lines.push(comment(behind)),
             Fate::Wait => self.lines.push("G4 P0".to_owned()),
             Fate::Dropped => self.dropped.entry(upper).or_default().push(number),
-            Fate::Percent if behind.trim() == "S100" => {
-                self.dropped.entry(upper).or_default().push(number);
-            }
             Fate::Percent => {
-                return Err((column, format!("{code} other than S100 has no counterpart")))
+                let percent = behind.trim();
+                if !matches!(percent, "" | "S100") {
+                    let what = if upper == "M220" { "speed" } else { "flow" };
+                    let note =
+                        format!("{upper} {percent} is not carried out: the {what} stays at 100 %");
+                    self.note(note);
+                }
+                self.dropped.entry(upper).or_default().push(number);
             }
         }
         Ok(())
@@ -143,7 +194,44 @@ impl Printer {
         let shown: Vec<String> = words.iter().map(Word::to_string).collect();
         let command = shown.first().map(String::as_str);
         self.moves |= command.is_some_and(|command| MOTION.contains(&command));
+        self.place.take(words);
         self.lines.push(shown.join(" "));
+    }
+
+    /// Writes an arc. `P` is a count of whole turns: the helix by which slicers lift the nozzle. A
+    /// Grbl controller takes no `P`, and a whole turn has to name its end.
+    fn arc(&mut self, text: &str, column: usize) -> Result<(), Wrong> {
+        use Letter::{E, F, I, J, P, R, X, Y, Z};
+        let words = understood(text, column, &[X, Y, Z, I, J, R, E, F, P])?;
+        let of = |letter| words.iter().find(|word| word.letter() == letter);
+        let Some(turns) = of(P) else {
+            self.write(&words);
+            return Ok(());
+        };
+        let wrong = |message: &str| (turns.column() + 1, format!("{turns}: {message}"));
+        if turns.value().nanos() != 1_000_000_000 {
+            return Err(wrong("only a helix of one turn (P1) has a counterpart"));
+        }
+        let [x, y, _] = self.place.axes;
+        let (Some(x), Some(y), false) = (x, y, self.place.is_relative) else {
+            return Err(wrong("a helix needs an absolute X and Y before it"));
+        };
+        let is_elsewhere = |letter, place| of(letter).is_some_and(|word| word.value() != place);
+        if is_elsewhere(X, x) || is_elsewhere(Y, y) {
+            return Err(wrong("a helix of whole turns ends above its start"));
+        }
+        let rest = words
+            .iter()
+            .filter(|word| ![X, Y, P].contains(&word.letter()));
+        let rest: Vec<String> = rest.map(Word::to_string).collect();
+        let [code, rest @ ..] = rest.as_slice() else {
+            return Ok(());
+        };
+        self.lines
+            .push(format!("{code} X{x} Y{y} {}", rest.join(" ")));
+        self.moves = true;
+        self.place.take(&words);
+        Ok(())
     }
 
     /// Writes a pause: `G4 P500` (ms) and `G4 S2` (s) both become `G4 P` in seconds. The
@@ -175,6 +263,10 @@ impl Printer {
             let mut bytes = axis.bytes();
             let letter = bytes.next().map_or(b' ', |byte| byte.to_ascii_uppercase());
             let is_number = bytes.all(|b| b.is_ascii_digit() || b == b'.');
+            // How a printer homes: without its mesh, only if needed, raised by so much.
+            if b"WORL".contains(&letter) && is_number {
+                continue;
+            }
             let column = offset + (axis.as_ptr() as usize - axes.as_ptr() as usize) + 1;
             if !b"XYZ".contains(&letter) || !is_number {
                 return Err((column, format!("{axis} is not understood with G28")));
@@ -206,11 +298,16 @@ impl Printer {
             }
             None => "G28 is $H: where the axes are after it, is what the machine's homing says",
         };
-        let note = note.to_owned();
+        self.note(note.to_owned());
+        self.place.axes = [None; 3];
+        Ok(())
+    }
+
+    /// Adds a sentence for the user, once.
+    fn note(&mut self, note: String) {
         if !self.notes.contains(&note) {
             self.notes.push(note);
         }
-        Ok(())
     }
 }
 
@@ -265,6 +362,39 @@ fn word_length(text: &str) -> usize {
         .count()
 }
 
+/// The text of a line that is only a comment in parentheses.
+fn parenthesised(text: &str) -> Option<&str> {
+    let inside = text.trim().strip_prefix('(')?.strip_suffix(')')?;
+    (!inside.contains(['(', ')'])).then_some(inside)
+}
+
+/// A command in capitals and without leading zeros: `g01` is `G1`.
+fn canonical(code: &str) -> String {
+    let (letter, number) = code.split_at(code.len().min(1));
+    let digits = number.trim_start_matches('0');
+    let is_whole = digits.starts_with(|digit: char| digit.is_ascii_digit());
+    let zero = if number.is_empty() || is_whole {
+        ""
+    } else {
+        "0"
+    };
+    format!("{}{zero}{digits}", letter.to_ascii_uppercase())
+}
+
+/// Returns true for a command in words that tunes or informs a printer's host.
+fn is_host_command(name: &str) -> bool {
+    const HOST: [&str; 7] = [
+        "SET_VELOCITY_LIMIT",
+        "SET_PRESSURE_ADVANCE",
+        "SET_PRINT_STATS_INFO",
+        "EXCLUDE_OBJECT",
+        "TIMELAPSE_",
+        "BED_MESH_",
+        "SKEW_PROFILE",
+    ];
+    HOST.iter().any(|host| name.starts_with(host))
+}
+
 /// The words of a line except its line number.
 fn words(text: &str) -> Result<Vec<Word>, Wrong> {
     let block =
@@ -298,29 +428,37 @@ fn thousandth(number: Number) -> Option<Number> {
     (nanos % 1000 == 0).then(|| Number::from_nanos(nanos / 1000))
 }
 
+/// Commands that only tune or tend a printer: its motors, limits, controllers, mesh, counters,
+/// lights and messages. `M141` and `M191` heat a chamber that no machine here has.
+const DROPPED: [&str; 66] = [
+    "G12", "G29", "G34", "G80", "M17", "M18", "M73", "M74", "M75", "M76", "M77", "M78", "M84",
+    "M85", "M92", "M110", "M111", "M113", "M115", "M141", "M150", "M155", "M191", "M200", "M201",
+    "M202", "M203", "M204", "M205", "M206", "M207", "M208", "M209", "M211", "M218", "M300", "M301",
+    "M302", "M304", "M350", "M401", "M402", "M403", "M412", "M413", "M414", "M420", "M421", "M425",
+    "M486", "M500", "M501", "M503", "M555", "M569", "M572", "M592", "M593", "M851", "M862.1",
+    "M862.3", "M862.6", "M900", "M906", "M907", "T0",
+];
+
 /// The treatment of a command; `None` if Grbl has nothing like it.
 fn fate(code: &str) -> Option<Fate> {
-    use Letter::{E, F, I, J, P, R, S, T, X, Y, Z};
+    use Letter::{E, F, P, S, T, X, Y, Z};
     let fate = match code {
-        "G0" | "G00" | "G1" | "G01" => Fate::Stays(&[X, Y, Z, E, F]),
-        "G2" | "G02" | "G3" | "G03" => Fate::Stays(&[X, Y, Z, I, J, R, E, F]),
+        "G0" | "G1" => Fate::Stays(&[X, Y, Z, E, F]),
+        "G2" | "G3" => Fate::Arc,
         "G92" => Fate::Places,
         "G17" | "G18" | "G19" | "G20" | "G21" | "G90" | "G91" | "M82" | "M83" => Fate::Stays(&[]),
         "M104" | "M109" | "M140" | "M190" => Fate::Stays(&[S, T]),
         "M105" | "M116" => Fate::Stays(&[]),
         "M106" => Fate::Stays(&[S, P]),
         "M107" => Fate::Stays(&[P]),
-        "M0" | "M1" => Fate::Operator,
+        "M0" | "M1" | "M600" | "M601" => Fate::Operator,
         "M2" | "M30" => Fate::Stays(&[]),
-        "G4" | "G04" => Fate::Pause,
+        "G4" => Fate::Pause,
         "G28" => Fate::Home,
         "M117" | "M118" => Fate::Message,
         "M400" => Fate::Wait,
         "M220" | "M221" => Fate::Percent,
-        "M17" | "M18" | "M84" | "M73" | "M75" | "M77" | "M110" | "M115" | "M155" | "M201"
-        | "M203" | "M204" | "M205" | "M300" | "M413" | "M486" | "M593" | "M900" | "T0" => {
-            Fate::Dropped
-        }
+        _ if DROPPED.contains(&code) => Fate::Dropped,
         _ => return None,
     };
     Some(fate)
@@ -373,7 +511,7 @@ mod tests {
             ["$H", "G1 X5 F600", "G4 P0", "$HX", "$HY", "$HZ"]
         );
         assert_eq!(
-            job("G28 W", &Options::default()).unwrap_err().0[0].column,
+            job("G28 Q", &Options::default()).unwrap_err().0[0].column,
             5
         );
     }
@@ -431,7 +569,7 @@ mod tests {
 
     #[test]
     fn anything_else_is_a_fault_with_its_place() {
-        let text = "G29\nG1 X1 H2\n  M220 S90\nG1 X--1\n@pause\nT1\nM106 S1 M107\n G92";
+        let text = "G5 X1\nG1 X1 H2\n  M98 P1\nG1 X--1\n@pause\nT1\nM106 S1 M107\n G92";
         let Faults(faults) = job(text, &Options::default()).unwrap_err();
         let places: Vec<_> = faults
             .iter()
@@ -440,6 +578,58 @@ mod tests {
         assert_eq!(places[..3], [(1, 1), (2, 7), (3, 3)]);
         assert_eq!(faults.len(), 8);
         assert_eq!((faults[7].line, faults[7].column), (8, 2));
+    }
+
+    #[test]
+    fn codes_may_have_leading_zeros_and_lines_may_be_comments() {
+        assert_eq!(made("M00\nM01\ng01 X1"), ["M0", "M0", "G1 X1"]);
+        assert_eq!(made("M02\nG00 Y2\nM0107"), ["M2", "G0 Y2", "M107"]);
+        assert_eq!(
+            made("(layer 2!)\n ( ) \nG28 W ; all"),
+            ["(layer 2.)", "()", "(all)", "$H"]
+        );
+    }
+
+    #[test]
+    fn a_spiral_lift_is_a_whole_turn_that_names_its_end() {
+        assert_eq!(
+            made("G1 X10 Y20.5 F3000\nG17\nG3 Z0.6 I-1.2 J0 P1 F9000\nG1 X20"),
+            [
+                "G1 X10 Y20.5 F3000",
+                "G17",
+                "G3 X10 Y20.5 Z0.6 I-1.2 J0 F9000",
+                "G1 X20"
+            ]
+        );
+        for wrong in [
+            "G3 Z0.6 I-1 J0 P1",
+            "G1 X1 Y2 F100\nG28\nG3 Z0.6 I-1 J0 P1",
+            "G1 X1 Y2 F100\nG91\nG3 Z0.6 I-1 J0 P1",
+            "G1 X1 Y2 F100\nG3 Z0.6 I-1 J0 P2",
+            "G1 X1 Y2 F100\nG3 X3 Z0.6 I-1 J0 P1",
+        ] {
+            let Faults(faults) = job(wrong, &Options::default()).unwrap_err();
+            assert_eq!(faults.len(), 1, "{wrong}");
+            assert!(faults[0].message.starts_with('P'), "{wrong}: {faults:?}");
+        }
+    }
+
+    #[test]
+    fn the_usual_starts_of_slicers_profiles_are_taken() {
+        let text = "M201 X1000 Y1000\nM204 P1000 R1000 T1000\nM862.3 P \"MK3\"\nM115 U3.9.3\nG28 W\n\
+                    G80\nG29\nM420 S1\nM900 K0.05\nM221 S95\nM141 S0\nSET_VELOCITY_LIMIT ACCEL=500\n\
+                    EXCLUDE_OBJECT_START NAME=a_1\nM500\nM412 S1";
+        let job = job(text, &Options::default()).unwrap();
+        assert_eq!(job.lines, ["$H"]);
+        let said = |word: &str| job.notes.iter().any(|note| note.contains(word));
+        for word in [
+            "M862.3",
+            "G29",
+            "SET_VELOCITY_LIMIT",
+            "M221 S95 is not carried out: the flow",
+        ] {
+            assert!(said(word), "{word}: {:?}", job.notes);
+        }
     }
 
     #[test]

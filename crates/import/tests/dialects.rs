@@ -392,3 +392,29 @@ fn holes_without_a_tool_or_a_unit_are_refused() {
         .2
         .contains("no tool"));
 }
+
+#[test]
+fn altium_lifts_twice_at_the_end_of_its_slots() {
+    let text =
+        "M48\nMETRIC,LZ\n;FILE_FORMAT=4:4\nT1C1.2\n%\nT1\nG00X002Y001\nM15\nG01X0022\nM16\nM17\n\
+                G00X003Y001\nM15\nG01X0032\nM17\nG05\nM30\n";
+    let drawing = read(text, &Known::default()).unwrap();
+    let shapes: Vec<String> = drawing.hits.iter().map(|hit| shape(&hit.shape)).collect();
+    assert_eq!(shapes, ["20 10 cut 22 10", "30 10 cut 32 10"]);
+}
+
+#[test]
+fn a_tool_without_diameter_and_holes_is_left_out_and_its_hole_is_an_error() {
+    let text = "M48\nMETRIC\nT1C0.000\nT2C0.8\n%\nT1\nT2\nX1.0Y2.0\nM30\n";
+    let drawing = read(text, &Known::default()).unwrap();
+    assert_eq!(drawing.hits.len(), 1);
+    assert!(drawing
+        .notes
+        .iter()
+        .any(|note| note.starts_with("T1 has a diameter of 0")));
+    let hole = text.replace("T1\n", "T1\nX5.0Y5.0\n");
+    let faults = read(&hole, &Known::default()).unwrap_err().0;
+    assert_eq!((faults.len(), faults[0].line), (1, 7));
+    assert!(faults[0].message.contains("T1C0.8"), "{faults:?}");
+    assert!(read(&text.replace("C0.000", "C-0.1"), &Known::default()).is_err());
+}

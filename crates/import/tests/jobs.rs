@@ -474,3 +474,22 @@ fn a_tool_whose_number_no_machine_takes_gets_another_one() {
     let refused = jobs(&[drawing(&many)], &options(), &SPEEDS).unwrap_err();
     assert!(refused.contains("more than 255 tools"), "{refused}");
 }
+
+#[test]
+fn a_hole_that_stands_twice_is_drilled_once_and_that_is_said() {
+    let twice =
+        "M48\nMETRIC\nT1C0.8\nT2C0.8\nT3C2.0\n%\nT1\nX1.0Y1.0\nX1.0Y1.0\nX5.0Y1.0G85X6.0Y1.0\n\
+                 X6.0Y1.0G85X5.0Y1.0\nT2\nX1.0Y1.0\nT3\nX1.0Y1.0\nM30\n";
+    let options = Options {
+        mills_slots: true,
+        ..options()
+    };
+    let lines = lines(&[twice], &options);
+    let down = lines.iter().filter(|line| line.contains("G1 Z-1.8"));
+    assert_eq!(down.count(), 3, "{lines:?}");
+    let notes = notes(&[twice], &options);
+    assert!(
+        notes.contains("T1: left out 3 holes in the place of another one"),
+        "{notes}"
+    );
+}

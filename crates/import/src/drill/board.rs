@@ -3,6 +3,7 @@
 use super::{counted, Mirror, Options, Speeds};
 use crate::excellon::{Drawing, Shape, Tool, MOST_OF_MACHINES};
 use crate::{Mm, Point};
+use std::collections::HashSet;
 
 /// A board: its bits in the order in which they are used.
 pub(super) struct Board {
@@ -52,6 +53,7 @@ impl Board {
                 }
             }
         }
+        board.drop_doubles();
         if board.groups.is_empty() {
             return Err("no hole to drill was found in the files".to_owned());
         }
@@ -63,6 +65,25 @@ impl Board {
         }
         board.measure();
         Ok(board)
+    }
+
+    /// Drops shapes that a bit has made already: CAD programs write the holes of stacked pads twice.
+    fn drop_doubles(&mut self) {
+        for group in &mut self.groups {
+            let mut made = HashSet::new();
+            let before = group.shapes.len();
+            group
+                .shapes
+                .retain(|shape| !made.contains(&shape.reversed()) && made.insert(shape.clone()));
+            let doubles = before - group.shapes.len();
+            if doubles > 0 {
+                self.notes.push(format!(
+                    "T{}: left out {} in the place of another one",
+                    group.bit.number,
+                    counted(doubles, "hole")
+                ));
+            }
+        }
     }
 
     /// Notes how many holes there are, and where.

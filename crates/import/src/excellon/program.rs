@@ -32,6 +32,16 @@ impl Reader {
                 "the file ends here without M30: is it whole? (if it is, add the line M30)";
             self.faults.push(Fault::new(self.line, 1, message));
         }
+        for (number, _) in self
+            .drawing
+            .tools
+            .iter()
+            .filter(|(_, tool)| tool.is_empty())
+        {
+            self.notes.add(format!(
+                "T{number} has a diameter of 0, and no hole: it is left out"
+            ));
+        }
         self.drawing.notes = self.notes.0;
         (self.drawing, Faults(self.faults))
     }
@@ -93,7 +103,10 @@ impl Reader {
             72 => self.unit(Units::Inch, word.column, Source::Code)?,
             6 => {}
             15 => return self.lower(word),
-            16 | 17 => return self.lift(word),
+            16 => return self.lift(word),
+            // Altium lifts twice: `M16`, and `M17` behind it.
+            17 if matches!(self.now.mode, Mode::Up(_)) => {}
+            17 => return self.lift(word),
             0 | 30 => {
                 self.end_path(word)?;
                 self.now.stage = Stage::Ended;

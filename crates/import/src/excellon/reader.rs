@@ -3,6 +3,7 @@
 use super::fact::{Place, Source};
 use super::format::{Format, Known, Notes, Zeros};
 use super::shape::{Cut, Shape};
+use super::tool::Tool;
 use super::word::Word;
 use super::wrong::Wrong;
 use super::{Drawing, Hit};
@@ -167,6 +168,11 @@ impl Reader {
         let Some(tool) = self.now.tool else {
             return Err(Wrong::at(column, "no tool was chosen for this hole"));
         };
+        if self.drawing.tools.get(&tool).is_some_and(Tool::is_empty) {
+            let message =
+                format!("T{tool} has a diameter of 0: give it its diameter, as in T{tool}C0.8");
+            return Err(Wrong::at(column, message));
+        }
         if self.drawing.hits.len() == MOST_HITS {
             return Err(Wrong::at(column, TOO_MANY));
         }

@@ -3,7 +3,7 @@
 use crate::{Mm, Point};
 
 /// A shape that one tool makes in one place.
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub enum Shape {
     /// A hole.
     Hole(Point),
@@ -19,7 +19,7 @@ pub enum Shape {
 }
 
 /// A milled path.
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Route {
     /// The point where the tool goes down.
     pub from: Point,
@@ -28,7 +28,7 @@ pub struct Route {
 }
 
 /// A piece of a milled path.
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Cut {
     /// The end of the cut.
     pub to: Point,
@@ -37,7 +37,7 @@ pub struct Cut {
 }
 
 /// The arc of a cut.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Arc {
     /// Whether the arc is clockwise (`G02`).
     pub is_clockwise: bool,
@@ -46,7 +46,7 @@ pub struct Arc {
 }
 
 /// How an arc's centre is given.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Centre {
     /// The distance of the centre from both ends (`A`); the arc is at most half a circle.
     Radius(Mm),

@@ -10,12 +10,20 @@ use crate::Mm;
 /// The data of a tool in a file.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Tool {
-    /// `C`, its diameter. Older programs write diameters into a separate list.
+    /// `C`, its diameter; 0 if the tool has no hole, as CAD programs write it. Older programs write
+    /// diameters into a separate list.
     pub diameter: Option<Mm>,
     /// `F`: how fast it goes down, mm/min.
     pub feed: Option<Mm>,
     /// `S`: how fast it turns, 1/min.
     pub speed: Option<u32>,
+}
+
+impl Tool {
+    /// Returns true if the file gives this tool a diameter of 0: it can make no hole.
+    pub(super) fn is_empty(&self) -> bool {
+        self.diameter == Some(Mm::ZERO)
+    }
 }
 
 /// The highest number of a tool.
@@ -93,8 +101,8 @@ impl Reader {
         let units = self.units(word)?;
         let diameter = decimal::length(word.text, units.nanos());
         match diameter.map_err(|message| word.wrong(message))? {
-            diameter if diameter > Mm::ZERO => Ok(diameter),
-            _ => Err(word.wrong("a diameter is more than 0")),
+            diameter if diameter >= Mm::ZERO => Ok(diameter),
+            _ => Err(word.wrong("a diameter is not below 0")),
         }
     }
 
