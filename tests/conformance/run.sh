@@ -6,7 +6,7 @@
 # LEADSCREW names the program; without it, it is built first.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
-[ $# -gt 0 ] || set -- "$here/cases" "$here/round2"
+[ $# -gt 0 ] || set -- "$here/cases" "$here/round2" "$here/round3"
 if [ -z "${LEADSCREW:-}" ]; then
   cargo build --manifest-path "$here/../../Cargo.toml" -p leadscrew
   target=${CARGO_TARGET_DIR:-$here/../../target}

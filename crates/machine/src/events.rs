@@ -15,9 +15,13 @@ use leadscrew_planner::Kinematics;
 /// Realtime commands handled in one poll: bounds its time.
 const REQUESTS_A_POLL: usize = 8;
 
-/// A resume within 2 ms after a hold in motion, or after the begin of the door's sequence, was sent
-/// in one burst with that command. It is ignored.
+/// A resume within 2 ms after a hold in motion was sent in one burst with it. It is ignored.
 const BURST: Duration = Duration::from_ticks(2_000);
+
+/// A resume this soon after the begin of the door's sequence was sent in one burst with 0x84. It is
+/// ignored. At rest Grbl takes one that comes 1 ms later, and none right behind 0x84, which is
+/// 87 µs at 115 200 baud.
+const DOOR_BURST: Duration = Duration::from_ticks(500);
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
@@ -160,7 +164,7 @@ where
                 let in_burst = self
                     .activity
                     .door
-                    .is_some_and(|door| now < door.since() + BURST);
+                    .is_some_and(|door| now < door.since() + DOOR_BURST);
                 if !in_burst && !self.is_door_open(board) {
                     self.begin_restoring();
                 }
@@ -222,9 +226,12 @@ where
         });
     }
 
+    /// In check mode the override changes in reports only: what turns goes on as it is.
     fn override_spindle(&mut self, changed: bool) {
         if changed {
             self.console.cadence.overrides_changed();
+        }
+        if changed && self.state != State::Check {
             self.tool.spindle.set_override(self.overrides.spindle);
             self.update_power();
         }
@@ -277,13 +284,8 @@ where
 
     fn toggle_coolant<B: Board>(&mut self, mist: bool, board: &mut B) {
         match self.state {
-            State::Idle | State::Run | State::Hold(_) => {}
-            State::Jog(_)
-            | State::Home
-            | State::Door(_)
-            | State::Alarm(_)
-            | State::Check
-            | State::Sleep => return,
+            State::Idle | State::Run | State::Jog(_) | State::Hold(_) => {}
+            State::Home | State::Door(_) | State::Alarm(_) | State::Check | State::Sleep => return,
         }
         if mist && !self.config.dialect.mist {
             return;

@@ -404,10 +404,10 @@ where
             self.want_spindle(Spindle::default());
             self.set_coolant(CoolantOutput::default(), board);
             self.console.cadence.work_offset_changed();
+            self.motion.outputs = OutputChange::NONE;
+            self.tell_extension(Event::ProgramEnd);
+            self.reset_overrides();
         }
-        self.motion.outputs = OutputChange::NONE;
-        self.tell_extension(Event::ProgramEnd);
-        self.reset_overrides();
         self.program.lines = 0;
         self.console.message(Message::ProgramEnd);
         Progress::Done
