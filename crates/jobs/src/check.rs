@@ -1,7 +1,7 @@
 //! A check of a job finds every error in one go, soft limits included, and likely mistakes; nothing
 //! moves. The result is a line for a person, or JSON for a program.
 
-use crate::checker::Follow;
+use crate::checker::{Doubt, Follow};
 use crate::complaint::{Complaint, Fault};
 use crate::json::{
     error_json, extents, warning_json, Extents, JsonError, JsonWarning, JSON_VERSION,
@@ -31,27 +31,43 @@ pub fn read_through(
     let mut report = CheckReport::new(name);
     let mut remarks = Remarks::default();
     let mut lines = Lines::new(text);
-    let mut raw = Vec::new();
+    let (mut raw, mut last) = (Vec::new(), Vec::new());
     while lines.next(&mut raw)? {
         let number = lines.number();
         let found = checker.check(number, &raw);
         let done = checker.last();
         report.pauses.extend(done.paused.then_some(number));
         report.note_tools(&raw);
+        let doubts = checker.doubts().into_iter();
+        let doubts = doubts.map(|doubt| doubtful(name, number, &raw, doubt));
         let remarked = remarks
             .take(&raw, done)
             .into_iter()
             .map(|(column, remark)| {
                 Complaint::new(name, number, Some(column), Fault::Remark(remark), &raw)
             });
-        for complaint in found.into_iter().chain(remarked) {
+        for complaint in found.into_iter().chain(remarked).chain(doubts) {
             each(&complaint);
             report.note(complaint, KEPT);
         }
+        std::mem::swap(&mut raw, &mut last);
     }
     report.lines = lines.number();
+    for (line, text, doubt) in checker.end(report.lines, &last) {
+        let complaint = doubtful(name, line, &text, doubt);
+        each(&complaint);
+        report.note(complaint, KEPT);
+    }
     report.measure(checker.path());
     Ok(report)
+}
+
+/// A likely mistake in a line as a complaint.
+fn doubtful(name: &str, line: u64, text: &[u8], doubt: Doubt) -> Complaint {
+    Complaint {
+        detail: doubt.detail,
+        ..Complaint::new(name, line, None, Fault::Remark(doubt.remark), text)
+    }
 }
 
 /// The result of a check.

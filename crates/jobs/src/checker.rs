@@ -3,12 +3,18 @@
 //! Lines go through the machine's own line reader, interpreter and settings, but are not planned or
 //! moved.
 
+mod doubts;
+mod frame;
 mod system;
+
+pub use doubts::Doubt;
 
 use crate::complaint::{Complaint, Fault};
 use crate::machine::Machine;
 use crate::remark::{Done, Remark};
-use leadscrew_machine::config::{AxisKind, MachineConfig};
+use doubts::Habits;
+use frame::{is_in_machine_coordinates, Spans};
+use leadscrew_machine::config::{AxisKind, AxisMask, MachineConfig};
 use leadscrew_machine::extension::{Call, Extension};
 use leadscrew_machine::interpreter::{
     ArcShape, Command, Commands, Context, Fault as LineFault, Feed, Interpreter, OffsetId,
@@ -37,6 +43,7 @@ type Finding = Result<(), (LineFaultKind, Option<String>)>;
 enum LineFaultKind {
     Refused(LineFault),
     OutOfTravel,
+    CannotFit,
     TooLong,
     Unanswered,
 }
@@ -54,6 +61,11 @@ pub trait Follow {
     fn refuses(&mut self, raw: &[u8]) -> bool;
     /// The effects of the line under way.
     fn last(&self) -> Done;
+    /// Likely mistakes in the line under way, each kind once in a program.
+    fn doubts(&mut self) -> Vec<Doubt>;
+    /// Takes the end of the program, whose last line is number `last`. Returns likely mistakes that
+    /// only a whole program shows, each with a line and its text.
+    fn end(&mut self, last: u64, raw: &[u8]) -> Vec<(u64, Vec<u8>, Doubt)>;
     /// The path of the program so far.
     fn path(&self) -> &Toolpath;
 }
@@ -92,6 +104,14 @@ struct Checker<const AXES: usize> {
     moves: bool,
     /// The effects of the line under way.
     last: Done,
+    /// The line under way, as long as a doubt may need it.
+    raw: Vec<u8>,
+    habits: Habits,
+    /// The line under way moves in machine coordinates.
+    in_machine_coordinates: bool,
+    spans: Spans<AXES>,
+    /// Axes that the program has homed: their places are known.
+    homed: AxisMask,
 }
 
 impl<const AXES: usize> Follow for Checker<AXES> {
@@ -110,6 +130,9 @@ impl<const AXES: usize> Follow for Checker<AXES> {
 
     fn check(&mut self, number: u64, raw: &[u8]) -> Option<Complaint> {
         self.path.line = u32::try_from(number).unwrap_or(u32::MAX);
+        if self.habits.may_need_lines() {
+            self.raw = raw.to_vec();
+        }
         if self.path.is_drawn() {
             self.path.tool_mm = self.tools.read(raw);
         }
@@ -119,13 +142,25 @@ impl<const AXES: usize> Follow for Checker<AXES> {
 
     fn refuses(&mut self, raw: &[u8]) -> bool {
         match self.check_line(raw) {
-            Ok(()) | Err((LineFaultKind::OutOfTravel | LineFaultKind::Unanswered, _)) => false,
+            Ok(())
+            | Err((
+                LineFaultKind::OutOfTravel | LineFaultKind::CannotFit | LineFaultKind::Unanswered,
+                _,
+            )) => false,
             Err((LineFaultKind::Refused(_) | LineFaultKind::TooLong, _)) => true,
         }
     }
 
     fn last(&self) -> Done {
         self.last
+    }
+
+    fn doubts(&mut self) -> Vec<Doubt> {
+        std::mem::take(&mut self.habits.found)
+    }
+
+    fn end(&mut self, last: u64, raw: &[u8]) -> Vec<(u64, Vec<u8>, Doubt)> {
+        self.see_end(last, raw)
     }
 
     fn path(&self) -> &Toolpath {
@@ -135,7 +170,7 @@ impl<const AXES: usize> Follow for Checker<AXES> {
 
 impl<const AXES: usize> Checker<AXES> {
     fn new(file: &str, machine: &Machine) -> Self {
-        Self {
+        let mut checker = Self {
             file: file.to_owned(),
             letters: machine.file.letters(),
             config: machine.config(),
@@ -152,11 +187,19 @@ impl<const AXES: usize> Checker<AXES> {
             state: State::Idle,
             moves: false,
             last: Done::default(),
-        }
+            raw: Vec::new(),
+            habits: Habits::default(),
+            in_machine_coordinates: false,
+            spans: Spans::NONE,
+            homed: 0,
+        };
+        checker.learn_rates();
+        checker
     }
 
     fn check_line(&mut self, raw: &[u8]) -> Finding {
         self.last = Done::default();
+        self.habits.found.clear();
         let mut reader = LineReader::<128>::new(self.config.line_length);
         for byte in as_sent(raw) {
             reader.push(byte);
@@ -189,6 +232,10 @@ impl<const AXES: usize> Checker<AXES> {
         self.interpreter
             .interpret(line, &context, &mut commands)
             .map_err(refused)?;
+        self.in_machine_coordinates = is_in_machine_coordinates(line);
+        if self.in_machine_coordinates {
+            self.see_switches(line);
+        }
         let mut at = start;
         commands
             .iter()
@@ -220,6 +267,7 @@ impl<const AXES: usize> Checker<AXES> {
             Command::ProgramEnd => {
                 self.last.ended = true;
                 self.moves = false;
+                self.see_spindle(&Spindle::default());
                 Ok(())
             }
             Command::StoreTool { tool, length } => {
@@ -230,7 +278,8 @@ impl<const AXES: usize> Checker<AXES> {
                 let stored = self.own.set_tool_length(*tool, *length);
                 stored.map(|_| ()).map_err(|status| refused(status.into()))
             }
-            Command::Spindle(_) => {
+            Command::Spindle(spindle) => {
+                self.see_spindle(spindle);
                 // M3 to M5 wait for the end of motion, except with a laser: its power may change in
                 // motion.
                 self.moves &= self.settings.is_on(Setting::Laser);
@@ -244,7 +293,11 @@ impl<const AXES: usize> Checker<AXES> {
                 self.last.paused |= call.code == TOOL_CHANGE && !self.is_checking();
                 Ok(())
             }
-            Command::ParkingControl(_) | Command::WorkOffset(_) => Ok(()),
+            Command::WorkOffset(_) => {
+                self.spans.begin();
+                Ok(())
+            }
+            Command::ParkingControl(_) => Ok(()),
         }
     }
 
@@ -256,6 +309,7 @@ impl<const AXES: usize> Checker<AXES> {
     ) -> Finding {
         let start = std::mem::replace(at, travel.target);
         self.moves |= !self.is_checking();
+        self.see_move(&start, travel);
         let kind = match travel.feed {
             Feed::Rapid => StrokeKind::Travel,
             Feed::PerMinute(_) | Feed::InverseTime(_) => {
@@ -270,12 +324,14 @@ impl<const AXES: usize> Checker<AXES> {
         let Some(arc) = arc else {
             self.draw_to(&travel.target, kind);
             self.check_length(&start, &travel.target)?;
-            return self.check_travel(&travel.target);
+            self.check_travel(&travel.target)?;
+            return self.check_span(&travel.target);
         };
         let mut found = Ok(());
         for chord in self.chords(&start, &travel.target, arc) {
             self.draw_to(&chord, kind);
             found = found.and_then(|()| self.check_travel(&chord));
+            found = found.and_then(|()| self.check_span(&chord));
         }
         found
     }
@@ -331,19 +387,19 @@ impl<const AXES: usize> Checker<AXES> {
         )
     }
 
-    /// Checks that a target lies within the travel. Does so where soft limits are on, or where
-    /// `travel_counts`.
+    /// Checks that a target lies within the travel: with soft limits, if `travel_counts`, and for
+    /// the axes that the program has homed.
     fn check_travel(&self, target: &[Coordinate; AXES]) -> Finding {
-        if !self.settings.is_on(Setting::SoftLimits) && !self.travel_counts {
+        if !self.settings.is_on(Setting::SoftLimits) && !self.travel_counts && self.homed == 0 {
             return Ok(());
         }
-        let travel = self.travel();
-        if soft_limits::allow(target, &travel, &self.config.axes) {
+        let (travel, target) = (self.travel(), self.judged(target));
+        if soft_limits::allow(&target, &travel, &self.config.axes) {
             return Ok(());
         }
         Err((
             LineFaultKind::OutOfTravel,
-            Some(self.beyond(target, &travel)),
+            Some(self.beyond(&target, &travel)),
         ))
     }
 
@@ -399,7 +455,13 @@ impl<const AXES: usize> Checker<AXES> {
             LineFaultKind::OutOfTravel if self.settings.is_on(Setting::SoftLimits) => {
                 (Fault::Alarm(Alarm::SoftLimit), None)
             }
+            LineFaultKind::OutOfTravel
+                if self.homed != 0 && self.settings.is_on(Setting::HardLimits) =>
+            {
+                (Fault::Alarm(Alarm::HardLimit), None)
+            }
             LineFaultKind::OutOfTravel => (Fault::Remark(Remark::OutsideTravel), None),
+            LineFaultKind::CannotFit => (Fault::CannotFit, None),
             LineFaultKind::TooLong => (Fault::TooLong, None),
             LineFaultKind::Unanswered => (Fault::Unanswered, None),
         };

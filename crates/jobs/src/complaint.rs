@@ -9,6 +9,7 @@
 //! ```
 
 use crate::remark::Remark;
+use crate::remedy::remedy;
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::status::Status;
 use leadscrew_sim::own::{alarm_of, error_of};
@@ -24,6 +25,8 @@ pub enum Fault {
     Alarm(Alarm),
     /// `error:33`, because a move has more steps than can be counted.
     TooLong,
+    /// The job is longer than the travel of an axis, wherever its zero is.
+    CannotFit,
     /// The machine has not answered, and will not.
     Unanswered,
     /// A likely mistake that the machine accepts without an answer.
@@ -35,7 +38,11 @@ impl Fault {
     pub fn name(self) -> &'static str {
         match self {
             Self::Remark(remark) => remark.name(),
-            Self::Error(_) | Self::Alarm(_) | Self::TooLong | Self::Unanswered => "error",
+            Self::Error(_)
+            | Self::Alarm(_)
+            | Self::TooLong
+            | Self::CannotFit
+            | Self::Unanswered => "error",
         }
     }
 
@@ -48,7 +55,7 @@ impl Fault {
     pub fn code(self) -> u8 {
         match self {
             Self::TooLong => Status::InvalidTarget.number(),
-            Self::Remark(_) | Self::Unanswered => 0,
+            Self::Remark(_) | Self::CannotFit | Self::Unanswered => 0,
             Self::Error(status) => status.number(),
             Self::Alarm(alarm) => alarm.number(),
         }
@@ -58,6 +65,7 @@ impl Fault {
     pub fn message(self) -> &'static str {
         match self {
             Self::TooLong => "the move has more steps than can be counted",
+            Self::CannotFit => "the job does not fit the travel",
             Self::Unanswered => "the machine leaves the line unanswered",
             Self::Remark(remark) => remark.message(),
             Self::Error(Status::Own(number)) => error_of(number).map_or("", |own| own.text),
@@ -70,6 +78,9 @@ impl Fault {
     fn explanation(self) -> &'static str {
         match self {
             Self::TooLong => "67 108 863 steps of one motor are the most: divide the move.",
+            Self::CannotFit => {
+                "From no work zero do all its places lie within the travel. Turn or divide the job."
+            }
             Self::Unanswered => {
                 "It sleeps until a reset ($SLP), or waits for its door to be closed."
             }
@@ -88,7 +99,7 @@ impl fmt::Display for Fault {
         match self {
             Self::Error(_) | Self::TooLong => write!(f, "error:{}", self.code()),
             Self::Alarm(_) => write!(f, "ALARM:{}", self.code()),
-            Self::Unanswered => f.write_str("error"),
+            Self::CannotFit | Self::Unanswered => f.write_str("error"),
             Self::Remark(_) => f.write_str("warning"),
         }
     }
@@ -111,16 +122,6 @@ pub struct Complaint {
     pub detail: Option<String>,
 }
 
-/// M codes of 3D printers: extruder modes, motors off, heaters, fan, text on a display.
-const PRINTERS_CODES: [&str; 11] = [
-    "82", "83", "84", "104", "105", "106", "107", "109", "117", "140", "190",
-];
-
-/// The remedy for a file that was made for a 3D printer.
-const PRINTERS_FILE: &str =
-    "This is a 3D printer's word. `leadscrew import print` makes a job of a \
-     printer's file, for a machine that has an extruder.";
-
 /// Characters of a line that are shown on each side of the caret.
 const CONTEXT: usize = 50;
 
@@ -135,7 +136,9 @@ impl fmt::Display for Complaint {
         if let Some(detail) = &self.detail {
             writeln!(f, "  {detail}")?;
         }
-        write!(f, "  {}", self.remedy())
+        let mut lines = self.remedy().lines();
+        write!(f, "  {}", lines.next().unwrap_or_default())?;
+        lines.try_for_each(|line| write!(f, "\n    {line}"))
     }
 }
 
@@ -189,23 +192,17 @@ impl Complaint {
         rest.unwrap_or_default()
     }
 
-    /// The user's remedy for the fault.
-    fn remedy(&self) -> &'static str {
-        let is_unknown = self.fault == Fault::Error(Status::UnsupportedCommand);
-        match is_unknown && self.is_at_a_printers_word() {
-            true => PRINTERS_FILE,
-            false => self.fault.explanation(),
-        }
-    }
-
-    /// Whether the word at the column is known to 3D printers only.
-    fn is_at_a_printers_word(&self) -> bool {
-        let rest = self.from_column().to_ascii_uppercase();
-        let Some(code) = rest.strip_prefix('M') else {
-            return rest.starts_with('E');
+    /// The user's remedy for the fault. The lines of a machine file stand each on a line of its own.
+    pub fn remedy(&self) -> &'static str {
+        let own = match self.fault {
+            Fault::Error(status) => remedy(status, self.from_column()),
+            Fault::Alarm(_)
+            | Fault::TooLong
+            | Fault::CannotFit
+            | Fault::Unanswered
+            | Fault::Remark(_) => None,
         };
-        let end = code.find(|c: char| !c.is_ascii_digit());
-        PRINTERS_CODES.contains(&&code[..end.unwrap_or(code.len())])
+        own.unwrap_or_else(|| self.fault.explanation())
     }
 
     /// Writes the part of the line near the fault, and a caret under the fault.
@@ -295,20 +292,6 @@ mod tests {
         }
         let end = Complaint::new("job.nc", 1, Some(9), Fault::TooLong, "X\u{fc}".as_bytes());
         assert_eq!((end.column, end.from_column()), (Some(2), ""));
-    }
-
-    #[test]
-    fn a_file_for_a_printer_is_told_as_such() {
-        let told = |text: &str, column| {
-            let mut unknown = complaint(text, Some(column));
-            unknown.fault = Fault::Error(Status::UnsupportedCommand);
-            unknown.to_string().contains("leadscrew import print")
-        };
-        assert!(told("M104 S200", 0) && told("g1 x1 e2", 6));
-        assert!(!told("M1040", 0) && !told("G77", 0) && !told("M6 T1", 0));
-        assert!(!complaint("E1", Some(0))
-            .to_string()
-            .contains("import print"));
     }
 
     #[test]

@@ -35,6 +35,8 @@ pub struct JsonError<'a> {
     column: Option<usize>,
     code: u8,
     message: Cow<'a, str>,
+    /// What the user can do; the lines that a machine file needs stand on lines of their own.
+    remedy: &'static str,
     text: &'a str,
 }
 
@@ -45,6 +47,7 @@ pub fn error_json(complaint: &Complaint) -> JsonError<'_> {
         column: complaint.column.map(|column| column + 1),
         code: complaint.fault.code(),
         message: complaint.message(),
+        remedy: complaint.remedy(),
         text: &complaint.text,
     }
 }
@@ -56,6 +59,8 @@ pub struct JsonWarning<'a> {
     column: Option<usize>,
     kind: &'static str,
     message: Cow<'a, str>,
+    /// What the user can do; the lines that a machine file needs stand on lines of their own.
+    remedy: &'static str,
     text: &'a str,
 }
 
@@ -66,6 +71,7 @@ pub fn warning_json(complaint: &Complaint) -> JsonWarning<'_> {
         column: complaint.column.map(|column| column + 1),
         kind: complaint.fault.name(),
         message: complaint.message(),
+        remedy: complaint.remedy(),
         text: &complaint.text,
     }
 }

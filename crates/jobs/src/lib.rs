@@ -18,12 +18,13 @@ mod look;
 mod machine;
 mod profile;
 mod remark;
+mod remedy;
 pub mod settings_file;
 mod stream;
 mod words;
 
 pub use check::{read_through, CheckJson, CheckReport};
-pub use checker::{follow, Follow};
+pub use checker::{follow, Doubt, Follow};
 pub use complaint::{Complaint, Fault};
 pub use json::{
     error_json, extents, warning_json, Extent, Extents, JsonError, JsonWarning, JSON_VERSION,

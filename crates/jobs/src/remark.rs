@@ -27,6 +27,20 @@ pub enum Remark {
     OutsideTravel,
     /// A line that the machine refuses in motion, and motion may go on.
     InMotion,
+    /// The job ends with the laser lit at rest.
+    LeftOn,
+    /// S above full power.
+    AboveFullPower,
+    /// No S above 255, and full power is 1000 or more.
+    EightBitPower,
+    /// S, but no M3 or M4.
+    PowerWithoutStart,
+    /// M3 or M4, but no S.
+    StartWithoutPower,
+    /// A feed that the axes do not reach.
+    AboveRate,
+    /// A move onto a home switch, in machine coordinates.
+    OntoSwitch,
 }
 
 impl Remark {
@@ -39,6 +53,13 @@ impl Remark {
             Self::AfterEnd => "after_end",
             Self::OutsideTravel => "outside_travel",
             Self::InMotion => "in_motion",
+            Self::LeftOn => "left_on",
+            Self::AboveFullPower => "above_full_power",
+            Self::EightBitPower => "eight_bit_power",
+            Self::PowerWithoutStart => "power_without_start",
+            Self::StartWithoutPower => "start_without_power",
+            Self::AboveRate => "above_rate",
+            Self::OntoSwitch => "onto_switch",
         }
     }
 
@@ -51,6 +72,13 @@ impl Remark {
             Self::AfterEnd => "the program has ended before",
             Self::OutsideTravel => "outside the travel",
             Self::InMotion => "the machine may still be moving",
+            Self::LeftOn => "the job ends with the laser on",
+            Self::AboveFullPower => "S is above full power",
+            Self::EightBitPower => "no S is above 255",
+            Self::PowerWithoutStart => "S without M3 or M4",
+            Self::StartWithoutPower => "M3 or M4 without S",
+            Self::AboveRate => "the feed is above what the axes reach",
+            Self::OntoSwitch => "the move leads onto a home switch",
         }
     }
 
@@ -69,6 +97,20 @@ impl Remark {
             Self::InMotion => {
                 "In motion the machine refuses the line: error:8, or error:9 in a jog. `G4 P0` \
                  waits for the end of motion; for the end of a jog the sender has to wait."
+            }
+            Self::LeftOn => "At rest the laser burns on one place. End the job with M5 or M2.",
+            Self::AboveFullPower => "The machine takes full power, $30, in its place.",
+            Self::EightBitPower => {
+                "If the program counts full power as 255, set $30=255, or have it write S up to $30."
+            }
+            Self::PowerWithoutStart => {
+                "The spindle or laser stays off. Put M3, or M4 for a laser, before the first cut."
+            }
+            Self::StartWithoutPower => "The spindle or laser stays off. Give it S, such as M3 S500.",
+            Self::AboveRate => "The axes move at their own rates, $110 to $115, and the job takes longer.",
+            Self::OntoSwitch => {
+                "With hard limits ($21) the switch stops the machine: ALARM:1. Stay away from it, as \
+                 in G53 Z-5, or store a place for G28 with G28.1."
             }
         }
     }

@@ -145,6 +145,7 @@ impl<const AXES: usize> Checker<AXES> {
         let (steps, laser) = (self.steps(), self.settings.is_on(Setting::Laser));
         let Err(status) = self.settings.set(entry, TIMING.limits(self.motors)) else {
             self.stand_at(steps);
+            self.learn_rates();
             if self.settings.is_on(Setting::Laser) != laser {
                 // Laser and spindle are different tools: the new one has not been switched on.
                 self.interpreter.stop_spindle();
@@ -219,6 +220,7 @@ impl<const AXES: usize> Checker<AXES> {
             let steps = self.steps();
             self.settings.restore_defaults();
             self.stand_at(steps);
+            self.learn_rates();
             let rows: Vec<_> = self.own.settings().collect();
             for row in rows {
                 // As on the machine, where an extension refuses its default, its value stays.
@@ -260,6 +262,7 @@ impl<const AXES: usize> Checker<AXES> {
         self.interpreter.set_position(position);
         self.path.resume_at(mm(&position));
         self.moves = false;
+        self.homed |= mask;
     }
 
     /// Calls `check` with the interpreter and the context of its lines.

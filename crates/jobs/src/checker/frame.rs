@@ -1,0 +1,135 @@
+//! What can be known about a program's place on the machine without running it: its extent, the
+//! axes that it homes, and the home switches.
+
+use super::{Checker, Finding, LineFaultKind};
+use crate::remark::Remark;
+use leadscrew_machine::config::AxisKind;
+use leadscrew_machine::home;
+use leadscrew_machine::settings::table::Setting;
+use leadscrew_planner::Coordinate;
+
+/// The way of each axis between its lowest and its highest target while one work zero is in force.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spans<const AXES: usize> {
+    ends: [Option<(Coordinate, Coordinate)>; AXES],
+    /// Axes that have been told to be too short.
+    told: [bool; AXES],
+}
+
+impl<const AXES: usize> Spans<AXES> {
+    pub(super) const NONE: Self = Self {
+        ends: [None; AXES],
+        told: [false; AXES],
+    };
+
+    /// Another work zero is in force from here on.
+    pub(super) fn begin(&mut self) {
+        self.ends = [None; AXES];
+    }
+
+    /// Takes a target; returns an axis whose way has become longer than its travel, and that way.
+    fn take(
+        &mut self,
+        target: &[Coordinate; AXES],
+        travel: &[Coordinate; AXES],
+    ) -> Option<(usize, Coordinate)> {
+        let mut found = None;
+        for axis in 0..AXES {
+            let at = target[axis];
+            let (low, high) =
+                self.ends[axis].map_or((at, at), |(low, high)| (low.min(at), high.max(at)));
+            self.ends[axis] = Some((low, high));
+            let way = high - low;
+            if way > travel[axis] && !self.told[axis] {
+                self.told[axis] = true;
+                found = found.or(Some((axis, way)));
+            }
+        }
+        found
+    }
+}
+
+impl<const AXES: usize> Checker<AXES> {
+    /// Checks that a move in work coordinates fits the travel, wherever work zero is. Only a machine
+    /// that homes knows its travel.
+    pub(super) fn check_span(&mut self, target: &[Coordinate; AXES]) -> Finding {
+        let knows = self.settings.is_on(Setting::Homing);
+        if !knows || self.travel_counts || self.in_machine_coordinates || self.is_checking() {
+            return Ok(());
+        }
+        let mut travel = self.travel();
+        for (travel, kind) in travel.iter_mut().zip(&self.config.axes) {
+            if *kind != AxisKind::Linear {
+                *travel = Coordinate::from_nanos(i64::MAX);
+            }
+        }
+        let Some((axis, way)) = self.spans.take(target, &travel) else {
+            return Ok(());
+        };
+        let name = self.letters.get(axis).copied().unwrap_or('?');
+        let detail = format!(
+            "{name} goes over {:.3} mm, its travel is {:.3} mm",
+            way.to_mm(),
+            travel[axis].to_mm()
+        );
+        Err((LineFaultKind::CannotFit, Some(detail)))
+    }
+
+    /// Notes a line in machine coordinates that leads onto a home switch: hard limits would stop
+    /// the machine there.
+    pub(super) fn see_switches(&mut self, line: &[u8]) {
+        if !self.settings.is_on(Setting::HardLimits) || !self.settings.is_on(Setting::Homing) {
+            return;
+        }
+        let homed = self
+            .config
+            .homing_cycles
+            .iter()
+            .fold(0, |all, cycle| all | cycle);
+        let negative = self.settings.mask(Setting::HomingDirection);
+        let travel = self.travel();
+        let pull_off = self.settings.value(Setting::HomingPullOff);
+        for (axis, letter) in self.letters.iter().enumerate() {
+            let is_named = u8::try_from(*letter).is_ok_and(|letter| line.contains(&letter));
+            if !is_named || homed >> axis & 1 == 0 {
+                continue;
+            }
+            let is_negative = negative >> axis & 1 == 1;
+            let switch = home::place(travel[axis], Coordinate::ZERO, is_negative);
+            let at = self.interpreter.position()[axis];
+            let is_on_it = if is_negative {
+                at <= switch
+            } else {
+                at >= switch
+            };
+            if is_on_it {
+                let (letter, switch) = (*letter, switch.to_mm());
+                self.habits.note(Remark::OntoSwitch, || {
+                    format!("the switch of {letter} closes at machine position {switch:.3}; $H leaves it by $27={pull_off}")
+                });
+            }
+        }
+    }
+
+    /// The targets that count against the travel: all of them, or only those of axes that the
+    /// program has homed. The others count as 0, which is within it.
+    pub(super) fn judged(&self, target: &[Coordinate; AXES]) -> [Coordinate; AXES] {
+        let counts_all = self.settings.is_on(Setting::SoftLimits) || self.travel_counts;
+        std::array::from_fn(|axis| match counts_all || self.homed >> axis & 1 == 1 {
+            true => target[axis],
+            false => Coordinate::ZERO,
+        })
+    }
+}
+
+/// Returns true if a line moves in machine coordinates (G53), or to a stored place (G28, G30).
+pub(super) fn is_in_machine_coordinates(line: &[u8]) -> bool {
+    let is_code = |window: &[u8]| matches!(window, b"G53" | b"G28" | b"G30");
+    let mut places = line.windows(3).enumerate();
+    places.any(|(at, window)| {
+        is_code(window)
+            && !line
+                .get(at + 3)
+                .is_some_and(|b| b.is_ascii_digit() || *b == b'.')
+    })
+}
