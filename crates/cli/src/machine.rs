@@ -53,6 +53,14 @@ enum Example {
     Router,
     /// A diode laser on belts.
     Laser,
+    /// A drill for circuit boards: M6 for its bits.
+    Drill,
+    /// Three screws without switches.
+    Engraver,
+    /// A pen on crossed belts (CoreXY).
+    Plotter,
+    /// A filament printer: nozzle, bed, fan, E.
+    Printer,
 }
 
 impl Example {
@@ -60,6 +68,10 @@ impl Example {
         match self {
             Self::Router => include_str!("../machines/router.toml"),
             Self::Laser => include_str!("../machines/laser.toml"),
+            Self::Drill => include_str!("../machines/drill.toml"),
+            Self::Engraver => include_str!("../machines/engraver.toml"),
+            Self::Plotter => include_str!("../machines/plotter.toml"),
+            Self::Printer => include_str!("../machines/printer.toml"),
         }
     }
 }

@@ -6,7 +6,8 @@ use crate::program::{leadscrew, report, stderr, stdout, unusable, Folder, SQUARE
 fn a_new_machine_file_is_one_that_every_command_takes() {
     let folder = Folder::new();
     let job = folder.file("job.nc", SQUARE);
-    for like in ["router", "laser"] {
+    let machines = ["router", "laser", "drill", "engraver", "plotter", "printer"];
+    for like in machines {
         let file = folder.path(&format!("{like}.toml"));
         let file = file.to_str().unwrap();
         let output = leadscrew(&["machine", "new", "--like", like, "-o", file]);
