@@ -78,6 +78,37 @@ class Installed(unittest.TestCase):
             self.assertEqual(set(answer), required(kind), kind.__name__)
             self.assertLessEqual(set(answer), set(typing.get_type_hints(kind)))
 
+    def test_a_name_is_not_taken_for_g_code(self) -> None:
+        for name in ["job.nc", "/tmp/part.gcode", str(EXAMPLES / "heart.nc")]:
+            with self.assertRaisesRegex(ValueError, r"pathlib\.Path"):
+                leadscrew.check(name)
+        self.assertEqual(leadscrew.check("G1X1.5F100")["errors"], [])
+
+    def test_a_machine_is_named_by_a_path_or_a_string(self) -> None:
+        machine = EXAMPLES / "machines" / "router.toml"
+        for name in [machine, str(machine)]:
+            self.assertEqual(leadscrew.check("M7\n", name)["errors"], [])
+        self.assertIn("mist = true", leadscrew.check("M7\n")["errors"][0]["remedy"])
+        self.assertIn("[axes.x]", leadscrew.new_machine("laser"))
+
+    def test_jobs_are_made_of_other_files(self) -> None:
+        made = leadscrew.import_job("drill", EXAMPLES / "machines" / "002" / "mounting.drl", depth=-1.8, feed=120, bits=[0.8, 1, 3])
+        self.assertEqual(leadscrew.check(made.text, settings={30: 10000})["error_count"], 0, made)
+        self.assertTrue(any("holes" in note for note in made.notes), made.notes)
+        with self.assertRaisesRegex(leadscrew.LeadscrewError, "G5"):
+            leadscrew.import_job("print", "G5 X1\n")
+        turned = leadscrew.align("G21 G90\nG0 X10 Y0\n", [((0, 0), (5, 0)), ((10, 0), (5, 10))])
+        self.assertIn("X5 Y10", turned.text)
+
+    def test_pictures_steps_per_mm_and_recordings(self) -> None:
+        for speed in [False, True]:
+            self.assertTrue(leadscrew.picture("G1 X5 F300\n", speed=speed).startswith("<svg"))
+        number, value = leadscrew.calibrate("x", 100, 99.2)
+        self.assertEqual(number, 100)
+        self.assertAlmostEqual(value, 250 * 100 / 99.2, places=3)
+        case = sorted((PROJECT / "tests" / "conformance" / "cases").glob("*/*.json"))[0]
+        self.assertEqual(leadscrew.replay(case)["name"], json.loads(case.read_text())["name"])
+
     def test_the_program_is_there_and_the_module_runs_it(self) -> None:
         words = [sys.executable, "-m", "leadscrew", "check", "--json", "-"]
         done = subprocess.run(words, input=b"G0X1\n", capture_output=True, check=True)

@@ -1,4 +1,4 @@
-"""Runs G-code on a simulated GRBL machine: what `leadscrew check`, `run` and `profile` say with `--json`.
+"""Runs G-code on a simulated GRBL machine: the commands of `leadscrew`, typed.
 
     import leadscrew
 
@@ -7,32 +7,58 @@
     leadscrew.run("G1 X10 F600\\n")["job_seconds"]
     leadscrew.profile(pathlib.Path("job.nc"), settings={110: 6000})["limits"][0]["held_by"]
 
-A job is G-code as `str` or `bytes`, or a path of a file. Lengths are millimetres, times simulated seconds; docs/json.md describes
-each field.
+A job is G-code as `str` or `bytes`, or a `pathlib.Path` of a file. Lengths are millimetres, times simulated seconds; docs/json.md
+describes each field.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 import sysconfig
 from decimal import Decimal
-from typing import Any, Mapping, Optional, Sequence, Union, cast
+from typing import Any, Mapping, NamedTuple, Optional, Sequence, Tuple, Union, cast
 
 from ._types import Check, Profile, Run
 
-__all__ = ["Check", "LeadscrewError", "Profile", "Run", "check", "profile", "program", "run"]
+__all__ = [
+    "Check",
+    "LeadscrewError",
+    "Made",
+    "Profile",
+    "Run",
+    "align",
+    "calibrate",
+    "check",
+    "import_job",
+    "new_machine",
+    "picture",
+    "profile",
+    "program",
+    "replay",
+    "run",
+]
 
 Job = Union[str, bytes, "os.PathLike[str]"]
-Settings = Union["os.PathLike[str]", Mapping[int, float]]
+File = Union[str, "os.PathLike[str]"]
+Settings = Union[str, "os.PathLike[str]", Mapping[int, float]]
+Point = Tuple[float, float]
 
 DONE, JOB_FAILED = 0, 1
 
 
 class LeadscrewError(Exception):
     """The program could not do its work: an option, a file or a setting that it cannot use."""
+
+
+class Made(NamedTuple):
+    """A job that was made of another file, and what the maker of it has to know."""
+
+    text: str
+    notes: Tuple[str, ...]
 
 
 def program() -> str:
@@ -48,7 +74,7 @@ def program() -> str:
 
 def check(
     job: Job,
-    machine: Optional["os.PathLike[str]"] = None,
+    machine: Optional[File] = None,
     *,
     settings: Optional[Settings] = None,
     origin: Optional[Sequence[float]] = None,
@@ -66,7 +92,7 @@ def check(
 
 def run(
     job: Job,
-    machine: Optional["os.PathLike[str]"] = None,
+    machine: Optional[File] = None,
     *,
     settings: Optional[Settings] = None,
     baud: Optional[int] = None,
@@ -79,7 +105,7 @@ def run(
 
 def profile(
     job: Job,
-    machine: Optional["os.PathLike[str]"] = None,
+    machine: Optional[File] = None,
     *,
     settings: Optional[Settings] = None,
     baud: Optional[int] = None,
@@ -95,7 +121,68 @@ def profile(
     return cast(Profile, _ask("profile", job, options))
 
 
-def _machine(machine: Optional["os.PathLike[str]"], settings: Optional[Settings]) -> list[str]:
+def picture(
+    job: Job,
+    machine: Optional[File] = None,
+    *,
+    settings: Optional[Settings] = None,
+    speed: bool = False,
+) -> str:
+    """Draws a job: an SVG picture of its path. With `speed` the job runs, and the picture has the speed along the time as well."""
+    options = [*_machine(machine, settings), "--svg", "-"]
+    return _call("run" if speed else "check", job, ["--quiet", *options]).decode()
+
+
+def import_job(kind: str, *files: Job, **options: object) -> Made:
+    """Makes a job of another machine's file: `kind` is `drill`, `rp`, `rows` or `print`.
+
+    `options` are those of `leadscrew import KIND`, with `_` for `-`: `import_job("drill", path, depth=-1.8, feed=120)`. A sequence is
+    joined by commas, `True` is an option without a value. Raises `LeadscrewError` with all faults of the file.
+    """
+    words = []
+    for name, value in options.items():
+        option = "--" + name.replace("_", "-")
+        if value is True:
+            words.append(option)
+        elif value is not False and value is not None:
+            words.append(f"{option}={_text(value)}")
+    return _make(["import", kind, *words], *files)
+
+
+def align(job: Job, pairs: Sequence[Tuple[Point, Point]], *, scale: bool = False) -> Made:
+    """Turns and shifts a job onto a board that lies askew. Each pair is a point of the job, and where it was found, mm."""
+    words = ["align"] + (["--scale"] if scale else [])
+    for nominal, measured in pairs:
+        words += [f"--ref={_text(nominal)}", f"--measured={_text(measured)}"]
+    return _make(words, job)
+
+
+def calibrate(
+    axis: str,
+    commanded: float,
+    measured: float,
+    machine: Optional[File] = None,
+    *,
+    settings: Optional[Settings] = None,
+) -> Tuple[int, float]:
+    """The setting with which an axis goes as far as it is told: its number and its value, steps per mm."""
+    words = ["calibrate", f"--commanded={_text(commanded)}", f"--measured={_text(measured)}", *_machine(machine, settings)]
+    line = _start([*words, "--", axis], None).stdout.decode().split()[0]
+    number, value = line.lstrip("$").split("=")
+    return int(number), float(value)
+
+
+def replay(conversation: Job) -> Any:
+    """Answers a recorded conversation with Grbl in virtual time: the same JSON object, with this machine's answers."""
+    return json.loads(_call("replay", conversation, []))
+
+
+def new_machine(like: str = "router") -> str:
+    """The text of a machine file to begin with: `router`, `laser`, `drill`, `engraver`, `plotter` or `printer`."""
+    return _start(["machine", "new", f"--like={like}"], None).stdout.decode()
+
+
+def _machine(machine: Optional[File], settings: Optional[Settings]) -> list[str]:
     options = [] if machine is None else ["--machine", os.fspath(machine)]
     if isinstance(settings, Mapping):
         for number, value in settings.items():
@@ -114,11 +201,60 @@ def _line(baud: Optional[int], keep_going: bool) -> list[str]:
     return ([] if baud is None else ["--baud", str(baud)]) + (["--keep-going"] if keep_going else [])
 
 
+def _text(value: object) -> str:
+    """A value as the command line has it: a sequence with commas."""
+    if isinstance(value, (int, float)):
+        return _decimal(value)
+    if isinstance(value, (str, os.PathLike)):
+        return os.fspath(value)
+    return ",".join(_text(part) for part in cast("Sequence[object]", value))
+
+
 def _ask(command: str, job: Job, options: list[str]) -> Any:
-    text = job.encode() if isinstance(job, str) else job if isinstance(job, bytes) else None
-    name = "-" if text is not None else os.fspath(cast("os.PathLike[str]", job))
-    words = [program(), command, "--json", "--quiet", *options, "--", name]
-    done = subprocess.run(words, input=text, stdin=subprocess.DEVNULL if text is None else None, capture_output=True, check=False)
-    if done.returncode not in (DONE, JOB_FAILED):
+    return json.loads(_call(command, job, ["--json", "--quiet", *options]))
+
+
+def _make(words: list[str], *files: Job) -> Made:
+    """Calls a command that makes a job. Of texts there can be one: the program reads one standard input."""
+    names, text = [], None
+    for file in files:
+        name, found = _input(file)
+        names.append(name)
+        text = found if found is not None else text
+    done = _start([*words, "--", *names], text, (DONE,))
+    notes = done.stderr.decode(errors="replace").splitlines()
+    return Made(done.stdout.decode(), tuple(note.removeprefix("note: ") for note in notes))
+
+
+def _call(command: str, job: Job, options: list[str]) -> bytes:
+    name, text = _input(job)
+    return _start([command, *options, "--", name], text).stdout
+
+
+def _input(job: Job) -> Tuple[str, Optional[bytes]]:
+    """A job as an argument, and its text if it is one.
+
+    Raises `ValueError` for a `str` that is the name of a file: no G-code looks like it.
+    """
+    if isinstance(job, bytes):
+        return "-", job
+    if isinstance(job, str):
+        if _is_name(job):
+            raise ValueError(f"{job!r} is the name of a file, not its text: pass pathlib.Path({job!r})")
+        return "-", job.encode()
+    return os.fspath(job), None
+
+
+def _is_name(text: str) -> bool:
+    """Whether a text is one word with a file's ending, or the path of a file that is there."""
+    if not text or len(text) > 4096 or any(mark in text for mark in "\n\r\0"):
+        return False
+    return re.fullmatch(r"\S+\.[A-Za-z]{1,5}", text) is not None or os.path.isfile(text)
+
+
+def _start(words: list[str], text: Optional[bytes], fine: Sequence[int] = (DONE, JOB_FAILED)) -> "subprocess.CompletedProcess[bytes]":
+    silent = subprocess.DEVNULL if text is None else None
+    done = subprocess.run([program(), *words], input=text, stdin=silent, capture_output=True, check=False)
+    if done.returncode not in fine:
         raise LeadscrewError(done.stderr.decode(errors="replace").strip() or f"exit status {done.returncode}")
-    return json.loads(done.stdout)
+    return done

@@ -12,6 +12,7 @@ class Error(TypedDict):
     column: Optional[int]
     code: int
     message: str
+    remedy: str
     text: str
 
 
@@ -22,6 +23,7 @@ class Warning(TypedDict):
     column: Optional[int]
     kind: str
     message: str
+    remedy: str
     text: str
 
 
