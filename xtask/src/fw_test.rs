@@ -60,10 +60,10 @@ const WITHOUT_PINS: (&str, &str) = (fw::RECORD, "1");
 /// `cargo fw` puts it.
 const BUILDS: [Build; 14] = [
     build("record", &[WITHOUT_PINS]),
-    build("record-behind", &[WITHOUT_PINS, (BOARD, "skr-2")]),
+    build("record-behind", &[WITHOUT_PINS, (BOARD, "octopus")]),
     build(
         "record-four",
-        &[WITHOUT_PINS, (fw::MOTORS, "4"), (BOARD, "skr-2")],
+        &[WITHOUT_PINS, (fw::MOTORS, "4"), (BOARD, "octopus")],
     ),
     build("machine-file-000", &[machine!("000")]),
     build("machine-file-001", &[machine!("001")]),

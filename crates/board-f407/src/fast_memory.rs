@@ -39,6 +39,12 @@ extern "C" {
     static __vector_table: u32;
     #[cfg(record)]
     static __record: [[u8; SLOT]; SLOTS];
+    #[cfg(record)]
+    static __sidata: u32;
+    #[cfg(record)]
+    static __sdata: u32;
+    #[cfg(record)]
+    static __edata: u32;
     static __fast_vectors: u32;
     static __fast_code_load: u32;
     static __fast_code: u32;
@@ -117,6 +123,13 @@ pub(crate) fn entries(settings: &'static [Setting]) -> &'static [Entry] {
 #[cfg(record)]
 pub(crate) fn start() -> usize {
     addr_of!(__vector_table) as usize
+}
+
+/// The first address behind the image: the first values of the variables are its end.
+#[cfg(record)]
+pub(crate) fn end() -> usize {
+    let values = addr_of!(__edata) as usize - addr_of!(__sdata) as usize;
+    addr_of!(__sidata) as usize + values
 }
 
 /// Copies words to the place that `to` names after the remapping.

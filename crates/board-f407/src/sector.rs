@@ -19,6 +19,13 @@ impl Sector {
         Self(number.unwrap_or(11))
     }
 
+    /// The first sector that does not begin below an address; 12 where none does.
+    #[cfg(record)]
+    pub(crate) fn behind(address: usize) -> Self {
+        let number = (0..12).find(|number| Self(*number).address() >= address);
+        Self(number.unwrap_or(12))
+    }
+
     /// Its first byte: four sectors of 16 KiB, one of 64 KiB, seven of 128 KiB.
     pub(crate) const fn address(self) -> usize {
         let offset = match self.0 {

@@ -4,10 +4,9 @@ use crate::{
     flash::{Sector, BEGIN},
     Axis, Board, Drive, Kinematics, Pin, Wire,
 };
+use leadscrew_record::PROGRAM;
 use std::{collections::BTreeMap, fmt};
 
-/// The most flash that the firmware may take, bytes (`bench/sizes.txt`).
-const PROGRAM: u32 = 192 << 10;
 /// The timers that can modulate power. The others have another task already, or no pin of their
 /// own.
 const POWER_TIMERS: [u8; 5] = [1, 3, 4, 8, 9];

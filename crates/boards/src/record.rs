@@ -67,19 +67,20 @@ impl Board {
         Sector::new(leadscrew_record::sector(start?))
     }
 
-    /// Whether the board's record has a sector of its own, with room for the program behind it.
+    /// The address at which the room for the program behind the board's record ends: there are the
+    /// settings, or the flash ends. `None` where the record has no sector of its own, or less room
+    /// behind it than an image needs.
     #[must_use]
-    pub fn has_room_for_record(&self) -> bool {
-        let sectors = self.settings.map(Sector::new);
-        let (Some(record), [Some(first), Some(second)]) = (self.record_sector(), sectors) else {
-            return false;
-        };
+    pub fn record_end(&self) -> Option<u32> {
+        let record = self.record_sector()?;
+        let settings @ [first, _] = self.settings.map(Sector::new);
+        let first = first?;
         let end = match first.begin < record.end() {
             true => BEGIN + self.chip.flash(),
             false => first.begin,
         };
         let room = end.saturating_sub(record.end());
-        ![first, second].contains(&record) && room >= PROGRAM
+        (!settings.contains(&Some(record)) && room >= PROGRAM).then_some(end)
     }
 
     /// The record of the board, without its sockets, which only a machine's file puts to use.

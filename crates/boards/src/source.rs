@@ -179,15 +179,14 @@ pub(crate) fn own() -> Own {{
             return String::new();
         };
         let before = first.begin.saturating_sub(self.start);
-        let (length, text) = if before == self.room(first, second) {
-            (before, String::new())
+        let (end, text) = if before == self.room(first, second) {
+            (first.begin, String::new())
         } else {
             let offset = second.end() - self.start;
-            let whole = BEGIN + self.chip.flash() - self.start;
             let words =
                 "/* Behind the sectors of the settings; the vector table is in front of them. */";
             (
-                whole,
+                BEGIN + self.chip.flash(),
                 format!("{words}\n_stext = ORIGIN(FLASH) + {offset:#X};\n"),
             )
         };
@@ -195,37 +194,74 @@ pub(crate) fn own() -> Own {{
             true => MANY_MOTORS,
             false => USUAL,
         };
-        script(self.start, length, memory, &text)
+        self.script(end, memory, &text)
     }
 
     /// The linker's memory map of an image that reads its board from a record. The record's sector
-    /// is in front of the code. The map is the same for all boards with the same `start`. An image
-    /// of four motors has less room for the step interrupts' code, since its moves take more.
-    /// `None` where the board has no room for such an image.
+    /// is in front of the code, which ends where this board has its settings, or where its flash
+    /// ends. The image serves all boards with the same `start` whose settings are behind its last
+    /// byte. An image of four motors has less room for the step interrupts' code, since its moves
+    /// take more. `None` where the board has no room for such an image.
     #[must_use]
     pub fn record_memory(&self, has_four_motors: bool) -> Option<String> {
-        let sector = self
-            .record_sector()
-            .filter(|_| self.has_room_for_record())?;
+        let (sector, end) = (self.record_sector()?, self.record_end()?);
+        let front = Sector {
+            begin: self.start + VECTORS,
+            size: (sector.begin - self.start).min(SMALLEST) - VECTORS,
+        };
         let text = format!(
-            "/* The board's record; the code is behind it. */
+            "/* The board's record; the code is behind it, and constants are in front: the vector table's sector has room for them,
+   which a chip of 512 KiB needs. */
 __record = {:#010X};
 _stext = {:#010X};
+MEMORY
+{{
+  FRONT    : ORIGIN = {:#010X}, LENGTH = {}
+}}
+SECTIONS
+{{
+  .front : ALIGN(4)
+  {{
+    *(.rodata .rodata.*);
+    . = ALIGN(4);
+  }} > FRONT
+}} INSERT AFTER .vector_table;
 ",
             sector.begin,
-            sector.end()
+            sector.end(),
+            front.begin,
+            front.size
         );
-        Some(script(
-            self.start,
-            sector.end() + leadscrew_record::PROGRAM - self.start,
-            match has_four_motors {
-                true => RECORD_OF_FOUR,
-                false => RECORD,
-            },
-            &text,
-        ))
+        let memory = match has_four_motors {
+            true => RECORD_OF_FOUR,
+            false => RECORD,
+        };
+        Some(self.script(end, memory, &text))
+    }
+
+    /// The script for a program from the board's `start` on, which ends in front of `end`. `cargo
+    /// xtask thumb` reads from its symbols how much of the flash is free.
+    fn script(&self, end: u32, memory: Memory, text: &str) -> String {
+        let Memory { stack, .. } = memory;
+        let (start, length) = (self.start, (end - self.start) >> 10);
+        let (ram, chip) = (ram(memory), self.chip.flash());
+        format!(
+            "MEMORY
+{{
+  FLASH    : ORIGIN = {start:#010X}, LENGTH = {length}K
+{ram}}}
+__flash_end = {end:#010X};
+__chip_flash = {chip:#X};
+{text}{STACK}__stack_top = ORIGIN(CCM) + {stack}K;
+"
+        )
     }
 }
+
+/// Bytes that are kept for the vector table, of 98 words.
+const VECTORS: u32 = 512;
+/// Bytes of the smallest sectors, in which a vector table may be.
+const SMALLEST: u32 = 16 << 10;
 
 /// How an image divides the memory.
 #[derive(Clone, Copy)]
@@ -256,21 +292,6 @@ const RECORD_OF_FOUR: Memory = Memory {
     code: 4608,
     ..USUAL
 };
-
-/// The script for a flash of `length` bytes from `start` on.
-fn script(start: u32, length: u32, memory: Memory, text: &str) -> String {
-    let Memory { stack, .. } = memory;
-    let ram = ram(memory);
-    format!(
-        "MEMORY
-{{
-  FLASH    : ORIGIN = {start:#010X}, LENGTH = {}K
-{ram}}}
-{text}{STACK}__stack_top = ORIGIN(CCM) + {stack}K;
-",
-        length >> 10
-    )
-}
 
 /// SRAM and core coupled memory, as every F407 has them (data sheet DocID022152 section 2.2).
 fn ram(memory: Memory) -> String {

@@ -252,6 +252,31 @@ fn the_program_goes_where_the_settings_are_not() {
     );
 }
 
+#[test]
+fn the_room_for_a_program_follows_from_the_sectors() {
+    for (name, end, chip) in [
+        ("discovery", "0x08100000", "0x100000"),
+        ("skr-2", "0x080C0000", "0x100000"),
+        ("robin-nano-v3", "0x080C0000", "0x100000"),
+        ("octopus", "0x08040000", "0x80000"),
+        ("spider", "0x08040000", "0x80000"),
+    ] {
+        let board = Board::read(board(name)).unwrap();
+        let ends = |memory: String| {
+            let says = |line: String| assert!(memory.contains(&line), "{name}: {line} {memory}");
+            says(format!("__flash_end = {end};"));
+            says(format!("__chip_flash = {chip};"));
+        };
+        ends(board.memory());
+        ends(board.record_memory(false).unwrap());
+        ends(board.record_memory(true).unwrap());
+    }
+    let behind_32 = Board::read(board("octopus")).unwrap();
+    let memory = behind_32.record_memory(true).unwrap();
+    let front = "FRONT    : ORIGIN = 0x08008200, LENGTH = 15872";
+    assert!(memory.contains(front), "{memory}");
+}
+
 /// An Octopus with one output for M62 to M65, and spare motors.
 fn with_an_output() -> Board {
     let text = board("octopus")
@@ -389,16 +414,24 @@ fn every_board_with_drivers_has_a_record_in_a_sector_of_its_own() {
             _ => 0x0800_C000,
         };
         assert_eq!(board.record_sector().unwrap().begin, begin, "{name}");
-        assert!(board.has_room_for_record(), "{name}");
+        let end = match *name {
+            "discovery" | "machine-003" => 0x0810_0000,
+            "octopus" | "spider" => 0x0804_0000,
+            _ => 0x080C_0000,
+        };
+        assert_eq!(board.record_end(), Some(end), "{name}");
     }
     let with = |settings: &str| board("discovery").replace("settings = [1, 2]", settings);
-    for (settings, has_room) in [
-        ("settings = [1, 2]", true),
-        ("settings = [2, 3]", false),
-        ("settings = [4, 5]", false),
-        ("settings = [10, 11]", true),
+    for (settings, end) in [
+        ("settings = [1, 2]", Some(0x0810_0000)),
+        ("settings = [2, 3]", None),
+        ("settings = [4, 5]", None),
+        ("settings = [5, 6]", None),
+        ("settings = [6, 7]", Some(0x0804_0000)),
+        ("settings = [10, 11]", Some(0x080C_0000)),
+        ("settings = [12, 13]", None),
     ] {
         let board = Board::read(&with(settings)).unwrap();
-        assert_eq!(board.has_room_for_record(), has_room, "{settings}");
+        assert_eq!(board.record_end(), end, "{settings}");
     }
 }

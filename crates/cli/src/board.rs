@@ -162,10 +162,8 @@ fn pack(args: &PackArgs) -> Result<bool, Unusable> {
     if !say_findings(&args.board, &board)? {
         return Ok(false);
     }
-    let sector = board
-        .record_sector()
-        .filter(|_| board.has_room_for_record());
-    let sector = sector.ok_or_else(|| {
+    let place = board.record_sector().zip(board.record_end());
+    let (sector, end) = place.ok_or_else(|| {
         unusable(format!(
             "{}: has no sector for its record, or no room for the program behind it",
             args.board
@@ -185,7 +183,18 @@ fn pack(args: &PackArgs) -> Result<bool, Unusable> {
     }
     let bytes = match &args.into {
         None => record.clone(),
-        Some(path) => joined(path, &record, sector.begin - board.start)?,
+        Some(path) => {
+            let image = joined(path, &record, sector.begin - board.start)?;
+            let room = end - board.start;
+            if image.len() > room as usize {
+                let (file, length) = (path.display(), image.len());
+                return Err(unusable(format!(
+                    "{file}: {length} bytes, and the board has {room} for it: take the image for \
+                     boards with less flash"
+                )));
+            }
+            image
+        }
     };
     super::machine::write_new(&args.output, &bytes)?;
     let begin = match args.into {

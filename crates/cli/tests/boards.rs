@@ -225,3 +225,26 @@ fn a_record_is_packed_alone_or_into_an_image() {
     assert_eq!(code.status.code(), Some(2));
     assert!(text(&code.stderr).contains("no place for a record"));
 }
+
+#[test]
+fn an_image_that_would_reach_the_settings_takes_no_record() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    // Behind 32 KiB; the Octopus has its settings from 256 KiB on, the SKR 2 from 768 KiB on.
+    let fits = |name: &str, length: usize| {
+        let (image, whole) = (path("image.bin"), path(&format!("{name}-{length}.bin")));
+        fs::write(&image, vec![0xFF; length]).unwrap();
+        let packed = board(&["pack", name, "--into", &image, "-o", &whole]);
+        let said = text(&packed.stderr);
+        assert_eq!(fs::exists(whole).unwrap(), packed.status.success());
+        assert!(
+            packed.status.success() || said.contains("less flash"),
+            "{said}"
+        );
+        packed.status.success()
+    };
+    for (name, room) in [("octopus", 224 << 10), ("skr-2", 736 << 10)] {
+        assert!(fits(name, room), "{name}");
+        assert!(!fits(name, room + 1), "{name}");
+    }
+}

@@ -6,7 +6,8 @@ pub const SLOT: usize = 2048;
 /// The number of places in a sector. The smallest sector has 16 KiB (RM0090 table 5).
 pub const SLOTS: usize = 8;
 
-/// The most that the firmware may take of the flash, in bytes.
+/// The least room that a board must have for the program, in bytes. The smallest boards have this
+/// much: a chip of 512 KiB behind a bootloader, its record and its settings.
 pub const PROGRAM: u32 = 192 << 10;
 
 /// The sector of the record, for an image that begins in sector `start`. It is sector 3, which is

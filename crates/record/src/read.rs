@@ -129,16 +129,17 @@ impl Record {
 }
 
 impl Content {
-    /// Checks that the content is for a machine of `image`, which begins in sector `start`.
+    /// Checks that the content is for a machine of `image`, which begins in sector `start`, and
+    /// whose last byte is in front of sector `behind`.
     ///
     /// # Errors
     /// The content is for another machine, or the sectors of the settings are in the way of the
     /// program.
-    pub fn fits(&self, image: Image, start: u8) -> Result<(), Refusal> {
+    pub fn fits(&self, image: Image, start: u8, behind: u8) -> Result<(), Refusal> {
         if !image.takes(&self.shape) {
             return Err(Refusal::Shape);
         }
-        match are_clear(self.settings, start) {
+        match are_clear(self.settings, start, behind) {
             true => Ok(()),
             false => Err(Refusal::Sectors),
         }
@@ -146,12 +147,9 @@ impl Content {
 }
 
 /// Whether the two sectors of the settings follow each other, and lie between vector table and
-/// record, or behind the code and within the flash.
-fn are_clear([first, second]: [u8; 2], start: u8) -> bool {
+/// record, or behind the code and within the flash. `behind` is the first sector behind the code.
+fn are_clear([first, second]: [u8; 2], start: u8, behind: u8) -> bool {
     let record = crate::sector(start);
-    // The first sector behind the code's 192 KiB. Behind record sector 3 the code takes sector 4,
-    // of 64 KiB, and sector 5. Behind a later record sector it takes two sectors of 128 KiB.
-    let behind = if record < 4 { 6 } else { record + 3 };
     let between = first > start && second < record;
     first.checked_add(1) == Some(second) && (between || first >= behind && second < 12)
 }
@@ -188,21 +186,26 @@ mod tests {
 
     #[test]
     fn settings_are_never_where_the_program_is() {
-        for (sectors, start, clear) in [
-            ([1, 2], 0, true),
-            ([0, 1], 0, false),
-            ([2, 3], 0, false),
-            ([4, 5], 0, false),
-            ([5, 6], 2, false),
-            ([6, 7], 2, true),
-            ([1, 2], 2, false),
-            ([10, 11], 2, true),
-            ([11, 12], 2, false),
-            ([255, 0], 2, false),
-            ([6, 7], 3, false),
-            ([7, 8], 3, true),
+        for (sectors, start, behind, clear) in [
+            ([1, 2], 0, 6, true),
+            ([1, 2], 0, 12, true),
+            ([0, 1], 0, 6, false),
+            ([2, 3], 0, 6, false),
+            ([4, 5], 0, 6, false),
+            ([5, 6], 2, 6, false),
+            ([6, 7], 2, 6, true),
+            ([6, 7], 2, 7, false),
+            ([7, 8], 2, 7, true),
+            ([1, 2], 2, 6, false),
+            ([10, 11], 2, 10, true),
+            ([10, 11], 2, 12, false),
+            ([11, 12], 2, 6, false),
+            ([255, 0], 2, 6, false),
+            ([6, 7], 3, 7, false),
+            ([7, 8], 3, 7, true),
         ] {
-            assert_eq!(are_clear(sectors, start), clear, "{sectors:?} {start}");
+            let found = are_clear(sectors, start, behind);
+            assert_eq!(found, clear, "{sectors:?} {start} {behind}");
         }
     }
 }

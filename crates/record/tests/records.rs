@@ -130,8 +130,8 @@ fn another_machine_or_place_is_refused() {
     assert!(made.is_some());
     let content = Record::read(&bytes).unwrap().0.content;
     for image in [Image::Three, Image::Four] {
-        assert_eq!(content.fits(image, 0), Ok(()));
-        assert_eq!(content.fits(image, 2), Err(Refusal::Sectors));
+        assert_eq!(content.fits(image, 0, 6), Ok(()));
+        assert_eq!(content.fits(image, 2, 6), Err(Refusal::Sectors));
     }
     for (axes, motors, kinematics) in [(3, 4, 3), (4, 4, 0), (3, 3, 1)] {
         let shape = Shape {
@@ -141,8 +141,8 @@ fn another_machine_or_place_is_refused() {
             defaults: 0,
         };
         let other = Content { shape, ..content };
-        assert_eq!(other.fits(Image::Three, 0), Err(Refusal::Shape));
-        assert_eq!(other.fits(Image::Four, 0), Ok(()));
+        assert_eq!(other.fits(Image::Three, 0, 6), Err(Refusal::Shape));
+        assert_eq!(other.fits(Image::Four, 0, 6), Ok(()));
     }
 }
 

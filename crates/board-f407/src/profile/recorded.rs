@@ -105,7 +105,8 @@ fn look_for() -> Result<usize, Refusal> {
 pub(crate) fn check(bytes: &[u8]) -> Result<(), Refusal> {
     let (record, _) = Record::read(bytes)?;
     let start = Sector::at(fast_memory::start());
-    record.content.fits(image::IMAGE, start.0)
+    let behind = Sector::behind(fast_memory::end());
+    record.content.fits(image::IMAGE, start.0, behind.0)
 }
 
 /// The content of the record in force, or a board without pins. Any context.
