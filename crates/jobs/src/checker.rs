@@ -22,13 +22,13 @@ use leadscrew_machine::interpreter::{
 };
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::line_reader::{raw_column, LineReader};
+use leadscrew_machine::protocol::realtime::{Byte, Sorter};
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::Settings;
 use leadscrew_machine::soft_limits;
 use leadscrew_planner::{Arc, Coordinate};
 use leadscrew_sim::own::{Own, OwnPins};
 use leadscrew_sim::scene::{StrokeKind, ToolSizes, Tooling, Toolpath};
-use leadscrew_sim::streamer::as_sent;
 use leadscrew_stepper::MAX_STEP_EVENTS;
 use system::State;
 
@@ -201,8 +201,11 @@ impl<const AXES: usize> Checker<AXES> {
         self.last = Done::default();
         self.habits.found.clear();
         let mut reader = LineReader::<128>::new(self.config.line_length);
-        for byte in as_sent(raw) {
-            reader.push(byte);
+        let mut sorter = Sorter::new();
+        for byte in raw {
+            if let Byte::Ordinary(byte) = sorter.sort(*byte) {
+                reader.push(byte);
+            }
         }
         self.wake()?;
         let whole = |status| refused(LineFault { status, column: 0 });
@@ -450,7 +453,7 @@ impl<const AXES: usize> Checker<AXES> {
         let (fault, column) = match kind {
             LineFaultKind::Refused(fault) => (
                 Fault::Error(fault.status),
-                Some(raw_column(&as_sent(raw), fault.column)),
+                Some(raw_column(raw, fault.column)),
             ),
             LineFaultKind::OutOfTravel if self.settings.is_on(Setting::SoftLimits) => {
                 (Fault::Alarm(Alarm::SoftLimit), None)

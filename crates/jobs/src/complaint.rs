@@ -82,7 +82,8 @@ impl Fault {
                 "From no work zero do all its places lie within the travel. Turn or divide the job."
             }
             Self::Unanswered => {
-                "It sleeps until a reset ($SLP), or waits for its door to be closed."
+                "It sleeps until a reset ($SLP), waits for its door to be closed (0x84 opens it), or \
+                 a byte of the job has reset it (0x18)."
             }
             Self::Remark(remark) => remark.explanation(),
             Self::Error(Status::Own(number)) => error_of(number).map_or("", |own| own.explanation),

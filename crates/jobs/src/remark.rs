@@ -1,5 +1,7 @@
-//! Likely mistakes that the machine accepts: comments that do not end, settings in a job, lines
-//! after its end.
+//! Likely mistakes that the machine accepts: comments that do not end, bytes that act at once,
+//! settings in a job, lines after its end.
+
+use leadscrew_machine::protocol::realtime::{Byte, Realtime, Sorter};
 
 /// The effects of a line besides its motion.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
@@ -13,12 +15,14 @@ pub struct Done {
 }
 
 /// The subject of a remark.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Remark {
     /// A `(` without a `)`: the rest of the line is a comment.
     UnclosedComment,
     /// A byte that does not occur in G-code.
     OddByte,
+    /// A byte that acts at once, wherever it stands.
+    Realtime(Realtime),
     /// A line that changes a setting of the machine permanently.
     Setting,
     /// A line after M2 or M30: senders send it nevertheless.
@@ -49,6 +53,7 @@ impl Remark {
         match self {
             Self::UnclosedComment => "unclosed_comment",
             Self::OddByte => "odd_byte",
+            Self::Realtime(_) => "realtime_byte",
             Self::Setting => "setting",
             Self::AfterEnd => "after_end",
             Self::OutsideTravel => "outside_travel",
@@ -68,6 +73,7 @@ impl Remark {
         match self {
             Self::UnclosedComment => "a comment is not closed",
             Self::OddByte => "a byte that is no G-code",
+            Self::Realtime(command) => effect(command),
             Self::Setting => "the job changes a setting of the machine",
             Self::AfterEnd => "the program has ended before",
             Self::OutsideTravel => "outside the travel",
@@ -88,6 +94,10 @@ impl Remark {
             Self::UnclosedComment => "All that follows the ( in this line is taken for comment.",
             Self::OddByte => {
                 "What looks like a blank, a minus or a digit may be another character."
+            }
+            Self::Realtime(_) => {
+                "The byte is no text, not even in a comment: it acts as soon as it is received. \
+                 Leave it out, or use a sender that leaves comments out."
             }
             Self::Setting => {
                 "It stays changed after the job. In motion the machine refuses it: error:8."
@@ -116,9 +126,30 @@ impl Remark {
     }
 }
 
+/// The effect of a byte that acts at once.
+fn effect(command: Realtime) -> &'static str {
+    match command {
+        Realtime::Reset => "the byte 0x18 resets the machine",
+        Realtime::Report => "`?` asks for a report",
+        Realtime::Hold => "`!` holds the machine",
+        Realtime::Resume => "`~` resumes a held machine",
+        Realtime::Door => "the byte 0x84 opens the safety door",
+        Realtime::JogCancel => "the byte 0x85 cancels jogs",
+        Realtime::Feed(_) => "a byte 0x90 to 0x94 changes the feed",
+        Realtime::Rapid(_) => "a byte 0x95 to 0x97 changes the speed of rapids",
+        Realtime::Spindle(_) => "a byte 0x99 to 0x9D changes the speed of the spindle",
+        Realtime::SpindleStop => "the byte 0x9E stops the spindle in a hold",
+        Realtime::Flood => "the byte 0xA0 switches the flood coolant",
+        Realtime::Mist => "the byte 0xA1 switches the mist coolant",
+        Realtime::Own(_) => "a byte 0xF8 to 0xFF is a command to an extension",
+    }
+}
+
 /// Looks for remarks along a program.
 #[derive(Default)]
 pub(crate) struct Remarks {
+    /// The bytes that act at once of which a remark has been made.
+    told: Vec<u8>,
     ended: bool,
     told_of_end: bool,
 }
@@ -136,6 +167,7 @@ impl Remarks {
     pub(crate) fn read(&mut self, raw: &[u8]) -> Vec<(usize, Remark)> {
         let mut found = Vec::new();
         let code = code(raw, &mut found);
+        self.note_realtime(raw, &mut found);
         if code == Some(b'$') && raw.contains(&b'=') && !raw.trim_ascii().starts_with(b"$J=") {
             found.push((0, Remark::Setting));
         }
@@ -144,6 +176,20 @@ impl Remarks {
             found.push((0, Remark::AfterEnd));
         }
         found
+    }
+
+    /// Makes a remark about each byte that acts at once and stands in the program for the first
+    /// time.
+    fn note_realtime(&mut self, raw: &[u8], found: &mut Vec<(usize, Remark)>) {
+        let mut sorter = Sorter::new();
+        for (column, byte) in raw.iter().enumerate() {
+            if let Byte::Realtime(command) = sorter.sort(*byte) {
+                if !self.told.contains(byte) {
+                    self.told.push(*byte);
+                    found.push((column, Remark::Realtime(command)));
+                }
+            }
+        }
     }
 
     /// Takes the effects of the line read last.
@@ -163,6 +209,7 @@ fn code(raw: &[u8], found: &mut Vec<(usize, Remark)>) -> Option<u8> {
             (None, b'(') => comment = Some(column),
             (None, b';') => break,
             (None, b'\t' | b' ') => {}
+            (None, b'?' | b'!' | b'~') => {} // no part of the line
             (None, b'!'..=b'~') => first = first.or(Some(*byte)),
             (None, _) => odd = odd.or(Some(column)),
         }
@@ -200,6 +247,29 @@ mod tests {
         assert_eq!(remarks(&["$110=500"]), [(0, Remark::Setting)]);
 
         assert_eq!(remarks(&["M30", "G0X1", "G0X2"]), [(0, Remark::AfterEnd)]);
+    }
+
+    #[test]
+    fn each_byte_that_acts_at_once_is_remarked_where_it_stands_first() {
+        use leadscrew_machine::protocol::realtime::OverrideStep::CoarseUp;
+        let lines = [
+            "G0X1 (wow!)",
+            "(no!) G0X2 ; why?~",
+            "(\u{91})",
+            "(\u{a0}) \u{c4}",
+        ];
+        let expected = [
+            (9, Realtime::Hold),
+            (16, Realtime::Report),
+            (17, Realtime::Resume),
+            (2, Realtime::Feed(CoarseUp)),
+        ];
+        let found = remarks(&lines).into_iter();
+        let found: Vec<_> = found
+            .filter(|(_, remark)| *remark != Remark::OddByte)
+            .collect();
+        let expected = expected.map(|(column, command)| (column, Remark::Realtime(command)));
+        assert_eq!(found, expected);
     }
 
     #[test]

@@ -17,7 +17,7 @@ use leadscrew_sim::observer::Observer;
 use leadscrew_sim::outcome::Outcome;
 use leadscrew_sim::powered::{Powered, Supply, MOST_MOTORS};
 use leadscrew_sim::scene::{note_tools, ToolSizes};
-use leadscrew_sim::streamer::{as_sent, Replies, Reply, Streamer, Streaming};
+use leadscrew_sim::streamer::{Replies, Reply, Streamer, Streaming};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::io::{self, BufRead};
@@ -384,7 +384,7 @@ impl Complaints {
             .map(|fault| fault.status)
             .or_else(|| Status::from_number(code))
             .unwrap_or(Status::Own(code));
-        let column = fault.map(|fault| raw_column(&as_sent(text), fault.column));
+        let column = fault.map(|fault| raw_column(text, fault.column));
         let fault = match (status, column) {
             // The interpreter's faults have a column. A fault without a column is the planner's:
             // the move is too long.

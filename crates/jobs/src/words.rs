@@ -42,7 +42,7 @@ pub fn pauses(lines: &[u64], note: &str) -> String {
     let named = lines.iter().take(NAMED_PAUSES).map(u64::to_string);
     let (count, places) = (lines.len(), named.collect::<Vec<_>>().join(", "));
     let more = if count > NAMED_PAUSES { ", ..." } else { "" };
-    format!("{count} (M0, M6){note}; line {places}{more}")
+    format!("{count} (M0, M6, !){note}; line {places}{more}")
 }
 
 #[cfg(test)]

@@ -1,9 +1,10 @@
 // @ts-check
 // Sends lines as fast as the machine's receive buffer takes them: it counts the characters on the way.
 
-/** Bytes that have a meaning wherever they stand, and those that no line has: left out of a job's lines. */
+/** Characters that would act wherever they stand, and those that no line has: left out of a job's lines. Letters stay:
+ * the machine refuses a line that has one outside a comment. */
 // eslint-disable-next-line no-control-regex
-const NO_LINE = /[?!~\u0000-\u001f\u007f-\uffff]/g;
+const NO_LINE = /[?!~\u0000-\u001f\u007f-\u009f\u00a1]/g;
 
 /** @typedef {{text: string, job: number}} Line a line, and its number in the job; 0 outside of it */
 
@@ -96,7 +97,7 @@ export class Sender {
     if (this.#next >= this.#job.length) return null;
     const text = this.#job[this.#next];
     // Marks of the tape's ends are no lines.
-    return {text: text.trimStart().startsWith("%") ? "" : text.replace(NO_LINE, ""), job: this.#next + 1};
+    return {text: text.trimStart().startsWith("%") ? "" : text.replace(NO_LINE, "").replace(/\u00a0/g, " "), job: this.#next + 1};
   }
 }
 

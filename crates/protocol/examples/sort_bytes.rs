@@ -10,13 +10,14 @@
 //! ```
 
 use leadscrew_protocol::line_reader::{LineReader, GRBL_LINE_LENGTH};
-use leadscrew_protocol::realtime::Byte;
+use leadscrew_protocol::realtime::{Byte, Sorter};
 use std::io::{self, Read};
 
 fn main() -> io::Result<()> {
     let mut reader = LineReader::<{ GRBL_LINE_LENGTH }>::new(GRBL_LINE_LENGTH);
+    let mut sorter = Sorter::new();
     for byte in io::stdin().lock().bytes() {
-        match Byte::sort(byte?) {
+        match sorter.sort(byte?) {
             Byte::Realtime(command) => println!("{command:?}"),
             Byte::Ordinary(byte) => {
                 if reader.push(byte) {
@@ -27,7 +28,7 @@ fn main() -> io::Result<()> {
                     reader.clear();
                 }
             }
-            Byte::Unknown => println!("a byte that GRBL drops"),
+            Byte::Unknown => println!("a byte that means nothing"),
         }
     }
     Ok(())

@@ -3,12 +3,13 @@
 //! The filter drops bytes up to 0x20, `/` anywhere, and comments in parentheses or behind `;`.
 //! Small letters become capitals. CR and LF each end a line. Comments do not nest: inside `( )` a
 //! `;` is text, behind `;` a `(` is. A `(` left open lasts to the end of the line; a `)` without a
-//! `(` stays, and the interpreter refuses it. `$` lines are filtered in the same way.
+//! `(` stays, and the interpreter refuses it. So does a [`LETTER`] outside comments. `$` lines are
+//! filtered in the same way.
 //!
 //! Nearly all bytes of a job are capitals, digits, `.` and `-`: they take one look-up and one
 //! store.
 
-use super::realtime::Byte;
+use super::realtime::{Byte, Sorter, LETTER};
 use super::status::Status;
 use heapless::Vec;
 
@@ -36,6 +37,7 @@ const KEPT: [u8; 256] = {
         }
         byte += 1;
     }
+    kept[LETTER as usize] = LETTER;
     kept
 };
 
@@ -202,11 +204,13 @@ impl<const CAPACITY: usize> LineReader<CAPACITY> {
 /// end.
 pub fn raw_column(raw: &[u8], column: usize) -> usize {
     let mut skip = Skip::Nothing;
-    let mut ahead = column;
+    let (mut sorter, mut ahead) = (Sorter::new(), column);
     for (index, &byte) in raw.iter().enumerate() {
-        if Byte::sort(byte) != Byte::Ordinary(byte) {
+        let Byte::Ordinary(byte) = sorter.sort(byte) else {
             continue;
-        }
+        };
+        // A letter counts from its second byte on, and begins with its first.
+        let index = index - usize::from(byte == LETTER && index > 0);
         let is_kept = skip == Skip::Nothing && kept(byte) != 0;
         skip = skip.after(byte);
         match (is_kept, ahead) {
@@ -236,7 +240,7 @@ mod tests {
         for byte in text {
             if reader.push(*byte) {
                 let line = reader.line();
-                lines.push(line.map(|line| String::from_utf8(line.to_vec()).unwrap()));
+                lines.push(line.map(|line| line.iter().map(|byte| char::from(*byte)).collect()));
                 reader.clear();
             }
         }
@@ -295,8 +299,14 @@ mod tests {
     }
 
     #[test]
-    fn bytes_above_0x7f_never_get_into_a_line() {
-        assert_eq!(lines(b"G0\x80\xff\xc2X1\n"), [Ok("G0X1".into())]);
+    fn of_bytes_above_0x7f_only_a_letter_gets_into_a_line_and_none_from_a_comment() {
+        assert_eq!(lines(b"G0\x81\xff\xc2X1\n"), [Ok("G0X1".into())]);
+        assert_eq!(lines(b"G0(\x80)X1;\x80\n"), [Ok("G0X1".into())]);
+        let mut reader = LineReader::<8>::new(8);
+        b"G\x80".iter().for_each(|byte| {
+            reader.push(*byte);
+        });
+        assert_eq!(reader.line(), Ok(&[b'G', LETTER][..]));
     }
 
     #[test]
@@ -317,6 +327,11 @@ mod tests {
         let find = |column| raw[raw_column(raw, column)];
         assert_eq!([0, 1, 2, 3, 4, 5].map(find), *b"g0x1y2");
         assert_eq!(raw_column(raw, 6), raw.len());
+        let raw = "(\u{e4}) X\u{a0}\u{2212}1".as_bytes();
+        let find = |column| &raw[raw_column(raw, column)..];
+        assert_eq!(find(0)[0], b'X');
+        assert!(find(1).starts_with("\u{2212}".as_bytes()));
+        assert_eq!(find(2), b"1");
     }
 
     /// The obvious filter: the text of the line cut into pieces.

@@ -4,6 +4,7 @@
 //! For `$`, `$$`, `$G`, `$C` and `$X` the spelling is checked first, then whether the machine may
 //! carry the command out now. For all others the order is the reverse.
 
+use super::realtime::LETTER;
 use super::status::Status;
 use leadscrew_gcode::{leading_number, Number};
 use leadscrew_interpreter::Fault;
@@ -324,7 +325,11 @@ fn after<'a>(spelling: &[u8], text: &'a [u8]) -> Result<&'a [u8], Refused<'a>> {
         .ok_or((Status::InvalidStatement, rest))
 }
 
+/// Returns a text that can be stored: it has room, and no [`LETTER`].
 fn storable(text: &[u8]) -> Result<&[u8], Refused<'_>> {
+    if let Some(at) = text.iter().position(|byte| *byte == LETTER) {
+        return Err((Status::InvalidStatement, text.get(at..).unwrap_or_default()));
+    }
     match text.split_at_checked(MAX_STORED_TEXT) {
         Some((_, too_much)) if !too_much.is_empty() => Err((Status::StoredLineTooLong, too_much)),
         Some(_) | None => Ok(text),

@@ -2,12 +2,13 @@
 //!
 //! ```text
 //!     12.034567 0 < G1X10F600          seconds since power-up, line, to the machine
-//!     12.034981 0 < ?                  a realtime byte stands alone, wherever it came
+//!     12.034981 0 < ?                  a realtime byte stands alone, wherever it came, and
+//!                                      without the 0xC2 that a sender may write before it
 //!     12.035202 0 > <Run|MPos:0.125,0.000,0.000|FS:600,0>
 //!     12.040000 0 . a client has gone
 //! ```
 
-use leadscrew_machine::protocol::realtime::Byte;
+use leadscrew_machine::protocol::realtime::{Byte, Sorter};
 use leadscrew_sim::clock::Cycle;
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -39,6 +40,8 @@ pub struct WireLog {
     to: Box<dyn Write + Send>,
     /// The bytes of unfinished lines.
     begun: BTreeMap<(usize, Way), Vec<u8>>,
+    /// One for each line, of the bytes to the machine.
+    sorters: BTreeMap<usize, Sorter>,
 }
 
 impl WireLog {
@@ -47,6 +50,7 @@ impl WireLog {
         Self {
             to: Box::new(to),
             begun: BTreeMap::new(),
+            sorters: BTreeMap::new(),
         }
     }
 
@@ -56,17 +60,24 @@ impl WireLog {
     /// Errors of the file.
     pub fn bytes(&mut self, now: Cycle, line: usize, way: Way, bytes: &[u8]) -> io::Result<()> {
         for byte in bytes {
-            match (way, Byte::sort(*byte)) {
-                (_, Byte::Ordinary(byte)) => self.ordinary(now, line, way, byte)?,
-                (Way::FromMachine, Byte::Realtime(_) | Byte::Unknown) => {
-                    self.ordinary(now, line, way, *byte)?
-                }
-                (Way::ToMachine, Byte::Realtime(_) | Byte::Unknown) => {
-                    self.row(now, line, way.sign(), &escape(&[*byte]))?
-                }
+            match way {
+                Way::FromMachine => self.ordinary(now, line, way, *byte)?,
+                Way::ToMachine => match self.sorters.entry(line).or_default().sort(*byte) {
+                    Byte::Ordinary(_) | Byte::Unknown => self.ordinary(now, line, way, *byte)?,
+                    Byte::Realtime(_) => self.realtime(now, line, *byte)?,
+                },
             }
         }
         Ok(())
+    }
+
+    /// Logs a realtime byte in a row of its own, without the 0xC2 that came before it.
+    fn realtime(&mut self, now: Cycle, line: usize, byte: u8) -> io::Result<()> {
+        let begun = self.begun.entry((line, Way::ToMachine)).or_default();
+        if byte >= 0x80 && begun.last() == Some(&0xC2) {
+            begun.pop();
+        }
+        self.row(now, line, Way::ToMachine.sign(), &escape(&[byte]))
     }
 
     /// Logs an event on a line.
@@ -147,13 +158,15 @@ mod tests {
         log.bytes(at(3), 1, Way::ToMachine, b"0\r\n\xC2\x91")
             .unwrap();
         log.bytes(at(4), 0, Way::FromMachine, b"k\r\n").unwrap();
+        log.bytes(at(5), 1, Way::ToMachine, "(\u{c4})\n".as_bytes())
+            .unwrap();
         let expected = "     0.000000 1 . a client has come\n     \
                              0.001000 1 < ?\n     \
                              0.003000 1 < G1X10\\r\n     \
                              0.003000 1 < \n     \
-                             0.003000 1 < \\xc2\n     \
                              0.003000 1 < \\x91\n     \
-                             0.004000 0 > ok\n";
+                             0.004000 0 > ok\n     \
+                             0.005000 1 < (\\xc3\\x84)\n";
         assert_eq!(
             String::from_utf8(std::mem::take(&mut *paper.0.lock().unwrap())).unwrap(),
             expected

@@ -9,6 +9,9 @@
 //!                        ^ ok: drop the first
 //! ```
 //!
+//! The machine gets the bytes of the file, realtime bytes too: they act as with a sender that leaves
+//! nothing out.
+//!
 //! Memory use is constant whatever the length of the file: one window of text, and one line that is
 //! being read.
 
@@ -32,7 +35,7 @@ pub enum Reply<'a> {
         line: u64,
         /// GRBL's number.
         code: u8,
-        /// The line as it stands in the program. The machine got [`as_sent`] of it.
+        /// The line as it stands in the program.
         text: &'a [u8],
     },
     /// The machine locked itself.
@@ -116,8 +119,6 @@ pub struct Streamer<R, F> {
     /// Whether nothing may follow the line read last before it is answered.
     last: bool,
     line: Vec<u8>,
-    /// The line as the machine gets it.
-    sent: Vec<u8>,
     incoming: Vec<u8>,
     state: Sending,
     answered: u64,
@@ -151,7 +152,6 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
             waiting: None,
             last: false,
             line: Vec::new(),
-            sent: Vec::new(),
             incoming: Vec::new(),
             state: Sending::Lines,
             answered: 0,
@@ -238,9 +238,7 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
         match self.lines.next(&mut self.line) {
             Ok(true) => {
                 self.replies.read(self.lines.number, &self.line);
-                self.sent.clear();
-                self.sent.extend(self.line.iter().copied().map(hidden));
-                self.last = self.replies.is_last(&self.sent);
+                self.last = self.replies.is_last(&self.line);
                 Some(self.lines.number)
             }
             Ok(false) => {
@@ -327,7 +325,7 @@ impl<R: BufRead, F: Replies> Host for Streamer<R, F> {
         let next = self.text.len().checked_sub(self.unsent)?;
         let byte = self.text.get(next).copied()?;
         self.unsent -= 1;
-        Some(hidden(byte))
+        Some(byte)
     }
 
     fn receive(&mut self, channel: ChannelId, byte: u8, now: Cycle) {
@@ -365,20 +363,6 @@ fn answer(line: &[u8]) -> Answer {
 
 fn parse(digits: &[u8]) -> Option<u8> {
     std::str::from_utf8(digits).ok()?.parse().ok()
-}
-
-/// A line of a program as the machine gets it. Realtime bytes would act at once, even inside a
-/// line: in their place comes a byte that no line may contain outside a comment. So a comment's `!`
-/// does not stop the machine, and columns stay the same.
-pub fn as_sent(line: &[u8]) -> Vec<u8> {
-    line.iter().copied().map(hidden).collect()
-}
-
-fn hidden(byte: u8) -> u8 {
-    match byte {
-        b'?' | b'!' | b'~' | 0x18 | 0x80.. => b'_',
-        other => other,
-    }
 }
 
 /// Lines of a file that end with LF, CR or CR LF. A byte order mark and lines with `%` (tape marks)
@@ -587,8 +571,8 @@ mod tests {
     }
 
     #[test]
-    fn realtime_bytes_of_a_program_do_not_act() {
-        let mut host = stream("(stop! é?)X1", 99, ());
-        assert_eq!(sent(&mut host), "(stop_ ___)X1\n");
+    fn the_machine_gets_the_bytes_of_the_file() {
+        let mut host = stream("(stop! \u{e9}?)X1", 99, ());
+        assert_eq!(sent(&mut host), "(stop! \u{c3}\u{a9}?)X1\n");
     }
 }

@@ -120,7 +120,7 @@ fn pauses_of_the_program_are_told() {
     assert_eq!(json["tools"], Value::from(vec![7]));
     for command in ["run", "check", "profile"] {
         let text = stdout(&leadscrew(&[command, &job]));
-        let told = text.contains("  pauses       2 (M0, M6)") && text.contains("line 2, 4\n");
+        let told = text.contains("  pauses       2 (M0, M6, !)") && text.contains("line 2, 4\n");
         assert!(told, "{text}");
         let json = stdout(&leadscrew(&[command, "--json", &job]));
         let json: Value = serde_json::from_str(&json).unwrap();

@@ -150,9 +150,8 @@ fn same_errors(job: &str, machine: &[&str], lines: &[u64]) {
 
 #[test]
 fn check_and_run_refuse_the_same_bytes() {
-    let job =
-        "G0X\u{2212}1\nG1\u{a0}X1F600\nG0X1?\n! G0X1\nG0\x18X1\nG0X1\x7f\nG0X\x012 (\u{e9})\n";
-    same_errors(job, &[], &[1, 2, 3, 4, 5, 6]);
+    let job = "G0X\u{2212}1\nG1\u{a0}X1F600\nG0X1?\n~ G0X1\nG0X1\x7f\nG0X\x012 (\u{e9})\n\u{c4}\n";
+    same_errors(job, &[], &[1, 5, 7]);
 }
 
 #[test]
@@ -271,6 +270,52 @@ fn line_ends_marks_and_nuls_do_no_harm() {
     ] {
         let json = report(&[&folder.file(name, text)]);
         assert_eq!(json["axes"]["x"]["net_steps"], 250, "{name}");
+    }
+}
+
+/// The wire refuses the line, takes it, or acts on a byte of it: so do all who read the file.
+#[test]
+fn a_file_is_read_as_the_wire_reads_it() {
+    let folder = Folder::new();
+    for (text, refused) in [
+        ("G0X1\nG0 X\u{2212}10\n", true),
+        ("G0X1\nF1000\u{2212}1\n", true),
+        (
+            "G0X1 (Fr\u{e4}sen \u{c4} \u{d8} \u{2013})\nG0\u{a0}X2\n",
+            false,
+        ),
+        ("G0X1 (\u{91})\nG0X2\n", false),
+    ] {
+        let job = folder.file("job.nc", text);
+        for tool in ["check", "run", "profile"] {
+            let output = leadscrew(&[tool, &job]);
+            assert_eq!(
+                output.status.code(),
+                Some(i32::from(refused)),
+                "{tool} {text}"
+            );
+            let told = stderr(&output).contains("job.nc:2:") && stderr(&output).contains("error:");
+            assert_eq!(told, refused, "{tool} {text}: {}", stderr(&output));
+        }
+    }
+}
+
+#[test]
+fn a_byte_that_acts_at_once_acts_in_a_run_and_is_warned_of_once() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", "G0X1 (wow!)\nG0X2 (no!)\nG0X3 (why?)\n");
+    let json = report(&[&job]);
+    assert_eq!(json["axes"]["x"]["net_steps"], 750);
+    assert!(!json["pauses"].as_array().unwrap().is_empty(), "{json}");
+    for tool in ["check", "run"] {
+        let output = leadscrew(&[tool, "--json", &job]);
+        let json: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+        let warnings = json["warnings"].as_array().unwrap().iter();
+        let told: Vec<_> = warnings
+            .map(|one| (one["line"].as_u64(), one["kind"].as_str()))
+            .collect();
+        let kind = Some("realtime_byte");
+        assert_eq!(told, [(Some(1), kind), (Some(3), kind)], "{tool}");
     }
 }
 

@@ -150,7 +150,7 @@ fn picture_and_waveform_are_written() {
 #[test]
 fn run_warns_of_what_check_warns_of() {
     let folder = Folder::new();
-    let job = "G21 (open\nG1\u{a0}X1 F600\n%\n$110=600\nG1 X2 (\u{b5})\nM2\nG1 X3\n";
+    let job = "G21 (open!\nG1\u{2212}X1 F600\n%\n$110=600\nG1 X2 (\u{b5})\nM2\nG1 X3\n";
     let job = folder.file("job.nc", job);
     let warnings = |args: &[&str]| {
         let output = leadscrew(&[args, &["--json", &job]].concat());
@@ -165,14 +165,20 @@ fn run_warns_of_what_check_warns_of() {
         .collect();
     assert_eq!(
         kinds,
-        ["unclosed_comment", "odd_byte", "setting", "after_end"]
+        [
+            "unclosed_comment",
+            "realtime_byte",
+            "odd_byte",
+            "setting",
+            "after_end"
+        ]
     );
     assert_eq!(warnings(&["run", "--keep-going"]), expected);
     // The second line is refused, and no line after it is read.
     let read = warnings(&["run"]);
     assert_eq!(
         read.as_array().unwrap()[..],
-        expected.as_array().unwrap()[..2]
+        expected.as_array().unwrap()[..3]
     );
 }
 

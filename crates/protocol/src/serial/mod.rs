@@ -5,8 +5,8 @@
 //!            serial interrupt      |  main loop
 //!                                  |
 //!  byte --> Receiver::receive --+--+--> Inbox::next_realtime   (what, mark)
-//!             | above 0x7F and  |  |
-//!             v unknown         +--+--> Inbox::take
+//!             | means nothing   |  |
+//!             v                 +--+--> Inbox::take
 //!           nothing                |
 //! ```
 //!
@@ -32,7 +32,7 @@ mod tests;
 pub use queues::{Inbox, Output, Receiver, LEAST_TX};
 
 use crate::line_reader::LineReader;
-use crate::realtime::Realtime;
+use crate::realtime::{Realtime, Sorter};
 use core::sync::atomic::{AtomicBool, AtomicU32};
 use heapless::spsc::Queue;
 use heapless::Deque;
@@ -170,6 +170,7 @@ impl<const RX: usize, const TX: usize, const REALTIME: usize> SerialQueue<RX, TX
             shared: &self.shared,
             limit,
             received: 0,
+            sorter: Sorter::new(),
         };
         let inbox = Inbox {
             bytes: bytes_out,

@@ -6,7 +6,7 @@
 use super::late::Taken;
 use super::{Mark, Request, Shared, LINE};
 use crate::line_reader::LineReader;
-use crate::realtime::{Byte, Realtime};
+use crate::realtime::{Byte, Realtime, Sorter};
 use core::fmt;
 use core::sync::atomic::{fence, AtomicU32, Ordering};
 use heapless::deque::DequeView;
@@ -20,6 +20,7 @@ pub struct Receiver<'a> {
     pub(super) limit: usize,
     /// Ordinary bytes queued since power-up, modulo 2³².
     pub(super) received: u32,
+    pub(super) sorter: Sorter,
 }
 
 impl Receiver<'_> {
@@ -30,7 +31,7 @@ impl Receiver<'_> {
     /// case.
     #[inline]
     pub fn receive(&mut self, byte: u8) -> Option<Realtime> {
-        match Byte::sort(byte) {
+        match self.sorter.sort(byte) {
             Byte::Ordinary(byte) => {
                 self.keep(byte);
                 None
@@ -67,6 +68,7 @@ impl Receiver<'_> {
             .closed_at
             .store(self.received, Ordering::Relaxed);
         self.shared.closed.store(true, Ordering::Release);
+        self.sorter = Sorter::new();
     }
 
     fn keep(&mut self, byte: u8) {

@@ -1,5 +1,5 @@
 use super::*;
-use crate::realtime::Byte;
+use crate::realtime::{Byte, Sorter};
 use proptest::prelude::*;
 use std::vec::Vec;
 
@@ -81,6 +81,16 @@ fn what_comes_after_the_other_end_has_gone_waits_until_that_is_dealt_with() {
     assert_eq!(inbox.ahead_of(mark), 0);
     inbox.forget_close();
     assert_eq!((inbox.closed(), read(&mut inbox)), (None, b"$G\n".to_vec()));
+}
+
+#[test]
+fn a_letter_that_a_sender_has_begun_ends_with_its_sender() {
+    let mut queue = SerialQueue::<64>::new();
+    let (mut receiver, mut inbox) = queue.split();
+    receive(&mut receiver, b"G1X\xc3");
+    receiver.close();
+    receive(&mut receiver, b"\x84");
+    assert_eq!(inbox.next_realtime().unwrap().realtime, Realtime::Door);
 }
 
 #[test]
@@ -205,9 +215,13 @@ proptest! {
                 break;
             }
         }
-        let expected: Vec<u8> = bytes
-            .into_iter()
-            .filter(|byte| matches!(Byte::sort(*byte), Byte::Ordinary(_)))
+        let mut sorter = Sorter::new();
+        let sorted = bytes.into_iter().map(|byte| sorter.sort(byte));
+        let expected: Vec<u8> = sorted
+            .filter_map(|byte| match byte {
+                Byte::Ordinary(byte) => Some(byte),
+                Byte::Realtime(_) | Byte::Unknown => None,
+            })
             .collect();
         prop_assert_eq!(seen, expected);
     }
