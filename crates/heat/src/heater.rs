@@ -82,6 +82,8 @@ struct Watch {
 pub struct Heater {
     config: HeaterConfig,
     target: f32,
+    /// The target that comes back with `~`; 0 for none.
+    kept: f32,
     celsius: f32,
     on: bool,
     /// Whether it has been at its target since the target was set.
@@ -94,6 +96,7 @@ impl Heater {
         Self {
             config,
             target: 0.0,
+            kept: 0.0,
             celsius: 0.0,
             on: false,
             reached: false,
@@ -129,7 +132,24 @@ impl Heater {
         (0.0..=self.config.limits.most).contains(&target)
     }
 
+    /// Goes off until [`Heater::take_back`].
+    pub(crate) fn put_off(&mut self) {
+        let kept = self.target;
+        self.set_target(0.0);
+        self.kept = kept;
+    }
+
+    /// Takes back the target that it had before [`Heater::put_off`]; returns whether it had one.
+    pub(crate) fn take_back(&mut self) -> bool {
+        let had_one = self.kept > 0.0;
+        if had_one {
+            self.set_target(self.kept);
+        }
+        had_one
+    }
+
     pub(crate) fn set_target(&mut self, target: f32) {
+        self.kept = 0.0;
         if target != self.target {
             self.target = target;
             self.reached = false;

@@ -18,6 +18,7 @@ use heapless::Vec;
 use leadscrew_gcode::{Letter, Number};
 use leadscrew_machine::board::{Duration, Instant};
 use leadscrew_machine::extension::{Asked, Call, Cx, Event, Extension, Gate, MCode, OwnCode, Step};
+use leadscrew_machine::guard::Load;
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::status::Status;
 use leadscrew_machine::state::State;
@@ -95,6 +96,8 @@ pub struct Heat<P, const N: usize> {
     port: P,
     next: Option<Instant>,
     fan: u8,
+    /// The heaters went off in a hold and are on again: the hold ends once they are warm.
+    reheats: bool,
     /// The heater's index and the fault that have been reported to the operator.
     told: Option<(usize, Fault)>,
 }
@@ -112,6 +115,7 @@ impl<P: HeatPort, const N: usize> Heat<P, N> {
             port,
             next: None,
             fan: 0,
+            reheats: false,
             told: None,
         };
         heat.port.supply(true);
@@ -124,12 +128,21 @@ impl<P: HeatPort, const N: usize> Heat<P, N> {
         &self.heaters
     }
 
-    /// Switches all heaters and the fan off, and sets all targets to 0.
-    fn off(&mut self) {
+    /// Switches all heaters off, until `~` if the machine `resumes` with it.
+    fn heaters_off(&mut self, resumes: bool) {
         for (index, heater) in self.heaters.iter_mut().enumerate() {
-            heater.set_target(0.0);
+            match resumes {
+                true => heater.put_off(),
+                false => heater.set_target(0.0),
+            }
             self.port.heat(index, false);
         }
+        self.reheats = false;
+    }
+
+    /// Switches all heaters and the fan off, and sets all targets to 0.
+    fn off(&mut self) {
+        self.heaters_off(false);
         self.fan = 0;
         self.port.fan(0);
     }
@@ -314,9 +327,34 @@ impl<P: HeatPort, const AXES: usize, const N: usize> Extension<AXES> for Heat<P,
     }
 
     fn event(&mut self, event: Event) {
-        if let Event::Enters(State::Alarm(_) | State::Sleep) | Event::ProgramEnd = event {
-            self.off();
+        match event {
+            Event::Enters(State::Alarm(_) | State::Sleep) | Event::Reset | Event::ProgramEnd => {
+                self.off();
+            }
+            Event::LeftAlone {
+                load: Load::Heat,
+                resumes: true,
+            } => self.heaters_off(true),
+            Event::LeftAlone {
+                load: Load::Heat, ..
+            } => self.off(),
+            _ => {}
         }
+    }
+
+    fn is_on(&self, load: Load) -> bool {
+        load == Load::Heat && self.heaters.iter().any(|heater| heater.target() > 0.0)
+    }
+
+    fn resumes(&mut self, cx: &mut Cx<'_, AXES>) -> bool {
+        for heater in &mut self.heaters {
+            self.reheats |= heater.take_back();
+        }
+        self.reheats &= !self.heaters.iter().all(Heater::is_ready);
+        if self.reheats {
+            cx.message(format_args!("Heaters on again, ~ once they are warm"));
+        }
+        !self.reheats
     }
 
     fn poll(&mut self, cx: &mut Cx<'_, AXES>) -> Option<Instant> {

@@ -350,15 +350,20 @@ fn a_relay_that_is_stuck_cuts_the_supply_and_tells_the_operator() {
 }
 
 #[test]
-fn a_reset_at_rest_keeps_the_targets_and_one_in_motion_does_not() {
+fn a_reset_switches_heaters_and_fan_off_at_rest_and_in_motion() {
     let mut memory = Memory::new();
     let (extension, plant) = heat(CONFIG);
     let mut session = boot(&mut memory, extension);
     session.line("M104S180");
-    session.send([0x18]);
+    session.line("M106");
     session.wait_ms(500);
-    assert!(plant.borrow().bodies[0].on);
-    session.send("G1X50F600\n");
+    assert!(plant.borrow().bodies[0].on && plant.borrow().fan > 0);
+    session.send([0x18]);
+    session.wait_ms(10);
+    assert!(!plant.borrow().bodies[0].on && plant.borrow().fan == 0);
+    session.wait_ms(500);
+    assert!(!plant.borrow().bodies[0].on);
+    session.send("M104S180\nG1X50F600\n");
     session.wait_ms(500);
     session.send([0x18]);
     session.wait_ms(500);

@@ -133,7 +133,7 @@ where
         }
     }
 
-    fn feed_hold(&mut self, now: Instant) {
+    pub(crate) fn feed_hold(&mut self, now: Instant) {
         let moving = !self.motion.is_idle();
         if let Some(next) = self.state.feed_hold(moving, now) {
             self.motion.hold();
@@ -150,14 +150,17 @@ where
 
     /// Goes on after a hold, a pause or a closed door.
     fn resume<B: Board>(&mut self, board: &mut B, now: Instant) {
+        if !self.extension_resumes(board, now) {
+            return;
+        }
         match self.state {
             State::Hold(Hold::Stopping {
                 then_alarm: true, ..
             }) => {}
-            State::Hold(Hold::Complete { since: None }) => self.end_hold(),
+            State::Hold(Hold::Complete { since: None }) => self.end_hold(board),
             State::Hold(Hold::Stopping { since, .. } | Hold::Complete { since: Some(since) }) => {
                 if now >= since + BURST {
-                    self.end_hold();
+                    self.end_hold(board);
                 }
             }
             State::Door(Door::Parked) => {
@@ -183,10 +186,11 @@ where
         }
     }
 
-    fn end_hold(&mut self) {
+    fn end_hold<B: Board>(&mut self, board: &mut B) {
         if self.is_aside() {
             return self.go_on();
         }
+        self.tool.coolant.restore(board);
         if self.tool.spindle.is_suspended() || self.tool.spindle.is_shut(self.state) {
             self.restore_held_spindle();
         }

@@ -23,6 +23,7 @@ mod events;
 pub mod explain;
 mod explanation;
 pub mod extension;
+pub mod guard;
 mod hard_limits;
 pub mod home;
 pub mod inputs;

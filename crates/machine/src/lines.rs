@@ -2,7 +2,7 @@
 //! commands. The job belongs to the channel that sent the last line of G-code.
 
 use crate::activity::line::{LineKind, Origin};
-use crate::board::{Board, ChannelId, Duration, Instant};
+use crate::board::{Board, ChannelId, Instant};
 use crate::extension::{Call, Extension};
 use crate::interpreter::{
     Command, Context, Coordinate, Fault, Own, OwnCodes, Spindle, ToolTable, Travel,
@@ -15,9 +15,7 @@ use crate::protocol::status::Status;
 use crate::protocol::system_command::{SystemCommand, STARTUP_LINES};
 use crate::settings::table::Setting;
 use crate::state::State;
-use crate::tool::dead_man::DeadMan;
 use leadscrew_planner::Kinematics;
-use leadscrew_stepper::Power;
 
 /// A filtered line, out of its reader.
 type Line = heapless::Vec<u8, LINE>;
@@ -94,6 +92,7 @@ where
             None => self.console.answer(id, Ok(())),
             Some(b'$') => self.system_line(id, line, board, now),
             Some(_) => {
+                self.guard.fed = true;
                 if !self.is_aside() {
                     self.take_over(id, board);
                 }
@@ -211,30 +210,11 @@ where
     K: Kinematics<AXES, MOTORS> + Clone,
     X: Extension<AXES>,
 {
-    /// How long a laser stays lit at rest although its sender is silent: `$707`. `None`: for ever.
-    pub(crate) fn patience(&self) -> Option<Duration> {
-        let nanos = self.settings.value(Setting::LaserPatience).nanos();
-        let micros = nanos.unsigned_abs() / 1_000;
-        (micros > 0).then(|| Duration::from_ticks(micros))
-    }
-
-    /// Puts out a laser that is lit at rest once its sender has been silent for too long. Main
-    /// loop, at every turn.
-    pub(crate) fn watch_sender(&mut self, now: Instant) {
-        let heard = self.console.take_heard(self.program.owner);
-        let lit = self.is_lit_at_rest();
-        let patience = if lit { self.patience() } else { None };
-        if self.tool.dead_man.watch(lit, heard, patience, now) {
-            self.stop_cutting();
-            self.console.message(Message::SenderSilent);
-        }
-    }
-
     /// The spindle's state for a motion. Once the sender has been silent for too long, a laser
     /// stays dark, until a cut of a program lights it up again.
     pub(crate) fn light_of(&mut self, travel: &Travel<AXES>, kind: LineKind) -> Spindle {
         if kind == LineKind::Program && travel.spindle.cutting {
-            self.tool.dead_man = DeadMan::Dark;
+            self.guard.is_dark = false;
         }
         self.light_at_rest(&travel.spindle)
     }
@@ -242,18 +222,8 @@ where
     /// As [`Machine::light_of`], for a line that moves nothing.
     pub(crate) fn light_at_rest(&self, spindle: &Spindle) -> Spindle {
         Spindle {
-            cutting: spindle.cutting && self.tool.dead_man != DeadMan::Expired,
+            cutting: spindle.cutting && !self.guard.is_dark,
             ..*spindle
-        }
-    }
-
-    /// Notes that a line of G-code has come from `id`. A laser that another sender has lit, or that
-    /// has gone dark because that sender was silent, is switched off: M5.
-    fn take_over<B: Board>(&mut self, id: ChannelId, board: &mut B) {
-        let before = self.program.owner.replace(id);
-        let anothers = before.is_some_and(|before| before != id);
-        if anothers && (self.is_lit_at_rest() || self.tool.dead_man == DeadMan::Expired) {
-            self.switch_spindle_off(board);
         }
     }
 
@@ -264,6 +234,7 @@ where
             return;
         }
         self.program.owner = None;
+        self.guard.is_gone = true;
         if self.tool.spindle.is_laser() && self.tool.spindle.is_wanted() {
             self.program.interpreter.stop_spindle();
             let commands = self.activity.line.commands();
@@ -273,17 +244,6 @@ where
             self.activity.line.begin(Origin::Nobody, LineKind::Program);
             self.execute(board, now);
         }
-    }
-
-    /// Whether a laser is lit at rest with nothing under way that would end that: no motion, no
-    /// dwell, no startup line.
-    fn is_lit_at_rest(&self) -> bool {
-        self.state == State::Idle
-            && self.tool.spindle.is_laser()
-            && self.motion.is_idle()
-            && !self.activity.line.is_busy()
-            && !self.program.startup.is_running()
-            && self.power_at_rest() > Power::OFF
     }
 }
 

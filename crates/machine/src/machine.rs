@@ -10,6 +10,7 @@ pub use crate::console::LineFault;
 use crate::derived::{planner_config, spindle_scale};
 use crate::dual::{self, DualAxis};
 use crate::extension::Extension;
+use crate::guard::Guard;
 use crate::inputs::Inputs;
 use crate::interpreter::Coordinate;
 use crate::motion::{Hunger, Motion};
@@ -79,6 +80,7 @@ pub struct Machine<'a, K, const AXES: usize, const MOTORS: usize, X = ()> {
     pub(crate) activity: Activity<AXES>,
     pub(crate) motion: Motion<'a, K, AXES, MOTORS>,
     pub(crate) tool: Tool,
+    pub(crate) guard: Guard,
     pub(crate) switches: SwitchWatch<'a, AXES, MOTORS>,
     pub(crate) overrides: Overrides,
     pub(crate) store: Store,
@@ -139,6 +141,7 @@ where
             activity: Activity::new(),
             motion,
             tool: Tool::new(spindle_scale(&settings), settings.is_on(Setting::Laser)),
+            guard: Guard::default(),
             switches: SwitchWatch::new(links.inputs, dual, absent),
             overrides: Overrides::NONE,
             store: Store::default(),
@@ -173,7 +176,7 @@ where
         self.list();
         self.console.flush(board, &mut self.work);
         self.take_line(board, now);
-        self.watch_sender(now);
+        self.watch_sender(board, now);
         // Realtime commands that have come meanwhile act on the segments that are made now.
         self.take_requests(board, now);
         self.feed(board, now);
@@ -338,7 +341,7 @@ where
         let mut next = self.deadline(hunger);
         let is_chore = X::IN_USE && next.is_none();
         if X::IN_USE {
-            next = earlier(next, extension);
+            next = earlier(next, earlier(extension, self.load_ends(true)));
         }
         Next {
             busy: false,
@@ -355,7 +358,7 @@ where
             self.motion.starts_at(),
             hunger.at(),
             self.activity.line.wakes(),
-            self.tool.dead_man.expires_at(|| self.patience()),
+            self.load_ends(false),
             self.activity
                 .switch_cycle
                 .as_ref()

@@ -62,6 +62,7 @@ where
         self.console.discard(discard);
         self.switch_outputs_off(board);
         self.program.reset();
+        self.guard.is_gone = false;
         self.take_position();
         self.reset_overrides();
         self.tell_extension(Event::Reset);

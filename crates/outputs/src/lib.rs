@@ -5,6 +5,7 @@
 use core::fmt;
 use leadscrew_gcode::{Letter, Number};
 use leadscrew_machine::extension::{Call, Cx, Event, Extension, MCode, OutputChange, Step};
+use leadscrew_machine::guard::Load;
 use leadscrew_machine::protocol::status::Status;
 use leadscrew_machine::state::{Door, Hold, State};
 
@@ -93,6 +94,13 @@ impl<P: OutputPort> Outputs<P> {
         }
     }
 
+    /// Switches off what is on and was off at power-up, for a hold that is in force.
+    fn hold_all(&mut self) {
+        let off = self.levels() & !self.config.boot;
+        self.port.change(OutputChange { set: 0, clear: off });
+        self.held = Some(self.held.unwrap_or(0) | off);
+    }
+
     /// Switches on again the outputs that a hold has switched off.
     fn resume(&mut self) {
         if self.is_aside {
@@ -154,9 +162,20 @@ impl<P: OutputPort, const AXES: usize> Extension<AXES> for Outputs<P> {
         (0..self.config.count).try_for_each(|index| write!(fields, "{}", levels >> index & 1))
     }
 
+    fn is_on(&self, load: Load) -> bool {
+        load == Load::Outputs && self.levels() & !self.config.boot != 0
+    }
+
     fn event(&mut self, event: Event) {
         match event {
             Event::Enters(state) => self.enters(state),
+            Event::LeftAlone {
+                load: Load::Outputs,
+                resumes,
+            } => match resumes {
+                true => self.hold_all(),
+                false => self.take_boot_level(),
+            },
             Event::Reset | Event::ProgramEnd => self.take_boot_level(),
             Event::SetAside => {
                 self.is_aside = true;

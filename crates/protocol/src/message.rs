@@ -29,8 +29,8 @@ pub enum Message {
     ResetHeld,
     /// A text of the board: why it can move nothing, or whether it took its description.
     Board(&'static str),
-    /// A laser that was lit at rest is dark: its sender has been silent for too long.
-    SenderSilent,
+    /// Something that heats, turns or burns went off, since its sender may be gone.
+    WentOff(WentOff),
     /// M2 or M30.
     ProgramEnd,
     /// `$RST=`.
@@ -55,6 +55,18 @@ pub struct Capped {
     pub most: Number,
 }
 
+/// What went off although no line said so, why, and the setting that has the time.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct WentOff {
+    /// Its name: "Laser".
+    pub what: &'static str,
+    /// The reason: "its sender is silent".
+    pub why: &'static str,
+    /// The number of the setting.
+    pub setting: u16,
+}
+
 impl Message {
     /// Returns the text between `[MSG:` and `]`, or its beginning.
     const fn text(self) -> &'static str {
@@ -68,7 +80,7 @@ impl Message {
             Self::CheckLimits => "Check Limits",
             Self::ResetHeld => "Reset input is active, release it to unlock",
             Self::Board(text) => text,
-            Self::SenderSilent => "Laser off, its sender is silent ($707)",
+            Self::WentOff(off) => off.what,
             Self::ProgramEnd => "Pgm End",
             Self::RestoringDefaults => "Restoring defaults",
             Self::RestoringSpindle => "Restoring spindle",
@@ -89,6 +101,9 @@ impl fmt::Display for Message {
                 ": ${number} can be {} at most",
                 Decimal::millimetres(*most)
             )?;
+        }
+        if let Self::WentOff(WentOff { why, setting, .. }) = self {
+            write!(f, " off, {why} (${setting})")?;
         }
         f.write_str("]")
     }

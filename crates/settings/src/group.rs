@@ -13,11 +13,12 @@ pub enum Group {
     Streaming,
     Reports,
     Axes,
+    Silence,
 }
 
 impl Group {
     /// All groups: `ALL[x as usize] == x`.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Motors,
         Self::Switches,
         Self::Homing,
@@ -26,6 +27,7 @@ impl Group {
         Self::Streaming,
         Self::Reports,
         Self::Axes,
+        Self::Silence,
     ];
 
     /// Returns the group's number for senders, from 1: 0 is the root of all groups.
@@ -44,6 +46,7 @@ impl Group {
             Self::Streaming => "Streaming",
             Self::Reports => "Reports",
             Self::Axes => "Axes",
+            Self::Silence => "Silent sender",
         }
     }
 }
@@ -55,6 +58,6 @@ mod tests {
     #[test]
     fn numbers_follow_the_list() {
         let ids = Group::ALL.map(Group::id);
-        assert!(ids.iter().copied().eq(1..=8));
+        assert!(ids.iter().copied().eq(1..=9));
     }
 }

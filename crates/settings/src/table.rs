@@ -55,6 +55,8 @@ const ROUNDED: Kind = Kind::Decimal {
 
 /// One byte in GRBL.
 const BYTE: Kind = Kind::Whole { max: 255 };
+/// Seconds, up to eleven days.
+const SECONDS: Kind = Kind::Whole { max: 1_000_000 };
 /// Two bytes.
 const WORD: Kind = Kind::Whole { max: 65_535 };
 
@@ -183,6 +185,24 @@ rows! {
             "A sender may stall for so long in motion: lines wait for their answers while more than this, braking and 15 moves are queued; 0 queues as many as fit.";
         PeckClearance = 711, Motion, DECIMAL, 254, "Peck clearance", "mm",
             "How far G73 goes back after a peck, and how far above the last bottom G83 begins to feed again.";
+        SpindleSilence = 720, Silence, SECONDS, 0, "Spindle dead-man", "s",
+            "Stops a spindle that turns at rest, in a hold, when its sender has been silent for so long; 0 for never.";
+        CoolantSilence = 721, Silence, SECONDS, 0, "Coolant dead-man", "s",
+            "Shuts coolant that is on at rest, in a hold, when its sender has been silent for so long; 0 for never.";
+        HeatSilence = 722, Silence, SECONDS, 300_000, "Heaters dead-man", "s",
+            "Heaters that are on at rest go off when their sender has been silent for so long; 0 for never.";
+        OutputsSilence = 723, Silence, SECONDS, 0, "Outputs dead-man", "s",
+            "Switches outputs off that are on at rest, in a hold, when their sender has been silent for so long; 0 for never.";
+        LaserUnfed = 724, Silence, SECONDS, 60_000, "Laser without G-code", "s",
+            "As $707, when no G-code has come for so long; 0 for never.";
+        SpindleUnfed = 725, Silence, SECONDS, 600_000, "Spindle without G-code", "s",
+            "As $720, when no G-code has come for so long; 0 for never.";
+        CoolantUnfed = 726, Silence, SECONDS, 600_000, "Coolant without G-code", "s",
+            "As $721, when no G-code has come for so long; 0 for never.";
+        HeatUnfed = 727, Silence, SECONDS, 1_800_000, "Heaters without G-code", "s",
+            "As $722, when no G-code has come for so long; 0 for never.";
+        OutputsUnfed = 728, Silence, SECONDS, 600_000, "Outputs without G-code", "s",
+            "As $723, when no G-code has come for so long; 0 for never.";
     }
 }
 

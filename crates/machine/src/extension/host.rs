@@ -67,6 +67,11 @@ where
         }
     }
 
+    /// Whether the extension lets `~` take effect.
+    pub(crate) fn extension_resumes<B: Board>(&mut self, board: &mut B, now: Instant) -> bool {
+        !X::IN_USE || self.ask(None, board, now, |extension, cx| extension.resumes(cx))
+    }
+
     /// Tells the extension of an event.
     pub(crate) fn tell_extension(&mut self, event: Event) {
         if X::IN_USE {

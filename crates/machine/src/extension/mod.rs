@@ -32,6 +32,7 @@ mod settings;
 pub use cx::{Comment, Cx, Out};
 
 use crate::board::Instant;
+use crate::guard::Load;
 use crate::protocol::status::Status;
 use crate::settings::table::Row;
 use crate::state::State;
@@ -156,6 +157,20 @@ pub trait Extension<const AXES: usize> {
         let _ = (byte, cx);
     }
 
+    /// Whether it has something of this kind on that must not stay so without a sender: the machine
+    /// watches it, and says [`Event::LeftAlone`].
+    fn is_on(&self, load: Load) -> bool {
+        let _ = load;
+        false
+    }
+
+    /// Asked when `~` comes, whether it may take effect. An extension that says no tells the
+    /// operator why.
+    fn resumes(&mut self, cx: &mut Cx<'_, AXES>) -> bool {
+        let _ = cx;
+        true
+    }
+
     /// Learns of an event at which outputs may have to be switched.
     fn event(&mut self, event: Event) {
         let _ = event;
@@ -262,6 +277,13 @@ impl Shown {
 pub enum Event {
     /// The machine enters a state: an alarm, a hold, the way back to Idle.
     Enters(State),
+    /// What is on has been without its sender for too long: it has to go off.
+    LeftAlone {
+        /// What is on.
+        load: Load,
+        /// The machine is held, at the door or with the operator, and may go on at `~`.
+        resumes: bool,
+    },
     /// A soft reset, 0x18, after any alarm that it raised: an M code under way is forgotten.
     Reset,
     /// M2 or M30, at rest.

@@ -2,6 +2,7 @@
 
 use super::{Asked, Call, Cx, Event, Extension, Gate, MCode, OwnCode, Step};
 use crate::board::Instant;
+use crate::guard::Load;
 use crate::protocol::status::Status;
 use crate::settings::table::Row;
 use core::fmt;
@@ -87,6 +88,14 @@ where
         if let Some(own) = self {
             own.realtime(byte, cx);
         }
+    }
+
+    fn is_on(&self, load: Load) -> bool {
+        self.as_ref().is_some_and(|own| own.is_on(load))
+    }
+
+    fn resumes(&mut self, cx: &mut Cx<'_, AXES>) -> bool {
+        self.as_mut().is_none_or(|own| own.resumes(cx))
     }
 
     fn event(&mut self, event: Event) {

@@ -2,6 +2,7 @@
 
 use super::{Asked, Call, Cx, Event, Extension, Gate, MCode, OwnCode, Step};
 use crate::board::Instant;
+use crate::guard::Load;
 use crate::protocol::status::Status;
 use crate::settings::table::Row;
 use core::fmt;
@@ -118,6 +119,16 @@ where
         let (one, other) = self;
         one.realtime(byte, cx);
         other.realtime(byte, cx);
+    }
+
+    fn is_on(&self, load: Load) -> bool {
+        let (one, other) = self;
+        one.is_on(load) || other.is_on(load)
+    }
+
+    fn resumes(&mut self, cx: &mut Cx<'_, AXES>) -> bool {
+        let (one, other) = self;
+        one.resumes(cx) && other.resumes(cx)
     }
 
     fn event(&mut self, event: Event) {

@@ -7,12 +7,10 @@
 //! | [`beam`](mod@beam) | when a laser is lit |
 //! | `scale` | which power an `S` is |
 //! | [`coolant`] | which valves are open |
-//! | `dead_man` | how long a laser stays lit without its sender |
 //! | `output` | which direction and power go out at rest |
 
 pub mod beam;
 pub mod coolant;
-pub(crate) mod dead_man;
 mod output;
 pub(crate) mod scale;
 
@@ -21,7 +19,6 @@ use crate::interpreter;
 use crate::state::State;
 use beam::{beam, may_burn, Beam, Wanted};
 use coolant::Coolant;
-use dead_man::DeadMan;
 use leadscrew_stepper::Power;
 
 pub use scale::SpindleScale;
@@ -30,8 +27,6 @@ pub use scale::SpindleScale;
 pub(crate) struct Tool {
     pub(crate) spindle: Spindle,
     pub(crate) coolant: Coolant,
-    /// The dead-man's switch of a laser that is lit at rest.
-    pub(crate) dead_man: DeadMan,
     /// The program's last command to the spindle.
     pub(crate) told: interpreter::Spindle,
     /// The power that was put out in this rest; `None` in motion, and where it has to be put out
@@ -47,7 +42,6 @@ impl Tool {
         Self {
             spindle: Spindle::new(scale, laser),
             coolant: Coolant::default(),
-            dead_man: DeadMan::Dark,
             told: interpreter::Spindle::default(),
             rest_power: None,
             rest_output: None,

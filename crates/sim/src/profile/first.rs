@@ -70,6 +70,7 @@ impl Profile {
         all.extend(self.path.named());
         all.extend(self.spindle.named());
         all.extend(self.laser.named());
+        all.extend(self.dead_man.named());
         all.extend(self.reports.named());
         all.extend(self.streaming.named());
         all.extend(self.homing.named());

@@ -28,7 +28,9 @@ mod value;
 pub use error::{ProfileError, Wrong};
 pub use fit::NotInRecord;
 pub use heat::{Fan, HeaterTable, Heaters, SensorTable};
-pub use named::{Bounds, Homing, Laser, Motors, Path as PathSettings, Reports, Spindle, Streaming};
+pub use named::{
+    Bounds, DeadMan, Homing, Laser, Motors, Path as PathSettings, Reports, Spindle, Streaming,
+};
 pub use tools::{ShownAs, ToolChangeTable, ToolSwitchesTable};
 pub use value::{
     AxisLetter, AxisLetters, BufferSize, Celsius, LookAhead, OutputCount, PerSecond, Place,
@@ -71,6 +73,8 @@ pub struct Profile {
     pub spindle: Spindle,
     /// The laser.
     pub laser: Laser,
+    /// How long what is on at rest stays on without its sender.
+    pub dead_man: DeadMan,
     /// The reports to a sender.
     pub reports: Reports,
     /// How lines become motion.

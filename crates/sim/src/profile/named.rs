@@ -131,6 +131,27 @@ tables! {
         /// `$707`.
         dead_man_s: f64 as "Option<f64>" = LaserPatience;
     }
+    /// How long what is on at rest stays on without its sender, s; 0 for ever.
+    DeadMan "dead_man" {
+        /// A spindle whose sender is silent: `$720`.
+        spindle_s: f64 as "Option<f64>" = SpindleSilence;
+        /// Coolant whose sender is silent: `$721`.
+        coolant_s: f64 as "Option<f64>" = CoolantSilence;
+        /// Heaters whose sender is silent: `$722`.
+        heat_s: f64 as "Option<f64>" = HeatSilence;
+        /// Outputs whose sender is silent: `$723`.
+        outputs_s: f64 as "Option<f64>" = OutputsSilence;
+        /// A laser whose sender sends no G-code: `$724`.
+        laser_unfed_s: f64 as "Option<f64>" = LaserUnfed;
+        /// A spindle whose sender sends no G-code: `$725`.
+        spindle_unfed_s: f64 as "Option<f64>" = SpindleUnfed;
+        /// Coolant whose sender sends no G-code: `$726`.
+        coolant_unfed_s: f64 as "Option<f64>" = CoolantUnfed;
+        /// Heaters whose sender sends no G-code: `$727`.
+        heat_unfed_s: f64 as "Option<f64>" = HeatUnfed;
+        /// Outputs whose sender sends no G-code: `$728`.
+        outputs_unfed_s: f64 as "Option<f64>" = OutputsUnfed;
+    }
     /// The reports to a sender.
     Reports "reports" {
         /// Fields of a status report, a mask: `$10`.

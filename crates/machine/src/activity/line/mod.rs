@@ -167,6 +167,11 @@ impl<const AXES: usize> Executor<AXES> {
         matches!(self.wait, Wait::Pause)
     }
 
+    /// Whether the line under way dwells.
+    pub(crate) fn is_dwelling(&self) -> bool {
+        matches!(self.wait, Wait::Dwell(_))
+    }
+
     /// Whether the line under way waits for the store.
     pub(crate) fn is_storing(&self) -> bool {
         matches!(self.wait, Wait::Stored { .. })

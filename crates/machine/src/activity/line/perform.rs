@@ -15,7 +15,6 @@ use crate::settings::table::Setting;
 use crate::soft_limits;
 use crate::state::{Hold, Jog, State};
 use crate::tool::beam::{Beam, Wanted};
-use crate::tool::dead_man::DeadMan;
 use leadscrew_gcode::Number;
 use leadscrew_planner::{
     self as planner, Coordinate, Kinematics, Move, MoveKind, MovePower, PushError, Pushed,
@@ -417,7 +416,7 @@ where
     /// [`crate::tool::Spindle::stand`] has stopped turns again.
     pub(crate) fn want_spindle(&mut self, spindle: Spindle) {
         if spindle.rotation == Rotation::Off {
-            self.tool.dead_man = DeadMan::Dark;
+            self.guard.is_dark = false;
         }
         if self.changes_spindle(&spindle) || self.tool.spindle.stands() {
             let (stood, before) = (self.tool.spindle.stands(), self.tool.spindle.accessory());
