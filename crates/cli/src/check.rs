@@ -66,7 +66,8 @@ fn check_one(args: &CheckArgs, file: &Path, machine: &Machine) -> Result<CheckRe
     let job = input::open(file).map_err(unusable)?;
     let mut checker = follow(&job.name, machine);
     if let Some(origin) = args.origin {
-        checker.begin_at(origin.map(Coordinate::from_mm));
+        // The arguments have no other numbers.
+        checker.begin_at(origin.map(|mm| Coordinate::from_mm(mm).unwrap_or_default()));
     }
     if svg.is_some() {
         checker.draw();

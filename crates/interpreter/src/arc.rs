@@ -102,7 +102,9 @@ fn half(length: Coordinate) -> Coordinate {
 }
 
 fn scaled(length: Coordinate, factor: f32) -> Coordinate {
-    Coordinate::from_mm(Number::from_nanos(length.nanos()).to_f32() * factor)
+    let scaled = Number::from_nanos(length.nanos()).to_f32() * factor;
+    // No word is beyond ±10⁹ mm, and neither is the part of one.
+    Coordinate::from_mm(scaled).unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -331,7 +331,11 @@ impl<const AXES: usize> Checker<AXES> {
             return self.check_span(&travel.target);
         };
         let mut found = Ok(());
-        for chord in self.chords(&start, &travel.target, arc) {
+        for chord in self
+            .chords(&start, &travel.target, arc)
+            .into_iter()
+            .flatten()
+        {
             self.draw_to(&chord, kind);
             found = found.and_then(|()| self.check_travel(&chord));
             found = found.and_then(|()| self.check_span(&chord));
@@ -371,13 +375,13 @@ impl<const AXES: usize> Checker<AXES> {
         }
     }
 
-    /// The chords into which the machine cuts an arc.
+    /// The chords into which the machine cuts an arc. The table has no setting without any.
     fn chords(
         &self,
         start: &[Coordinate; AXES],
         target: &[Coordinate; AXES],
         arc: &ArcShape,
-    ) -> Arc<AXES> {
+    ) -> Option<Arc<AXES>> {
         let tolerance = self.settings.value(Setting::ArcTolerance).to_f32();
         let clockwise = arc.turn == Turn::Clockwise;
         Arc::new(
@@ -388,6 +392,7 @@ impl<const AXES: usize> Checker<AXES> {
             clockwise,
             tolerance,
         )
+        .ok()
     }
 
     /// Checks that a target lies within the travel: with soft limits, if `travel_counts`, and for

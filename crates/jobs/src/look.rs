@@ -109,7 +109,11 @@ fn check(job: &Job, machine: &Machine) -> io::Result<Checked> {
     let has_home = machine.settings.is_on(Setting::Homing);
     let zero = if has_home { origin } else { [0.0; 3] };
     if has_home {
-        checker.begin_at(origin.map(Coordinate::from_mm));
+        let places = origin.map(Coordinate::from_mm);
+        if places.contains(&None) {
+            return Err(io::Error::other("work zero is no place in mm"));
+        }
+        checker.begin_at(places.map(Option::unwrap_or_default));
     }
     checker.draw();
     let report = read_through(&mut *checker, &job.name, &job.text[..], |_| {})?;

@@ -316,10 +316,14 @@ where
     }
 
     /// Changes the state where moves, holds or cancels have ended. Where segments ran out in
-    /// motion, raises an alarm. Main loop.
+    /// motion, or the step interrupt does not come, raises an alarm. Main loop.
     pub(crate) fn watch_motion<B: Board>(&mut self, board: &mut B, now: Instant) {
         if self.motion.take_underrun() {
             return self.abort(Alarm::AbortedMotion, board, now);
+        }
+        if self.motion.take_stall() && !self.is_locked() {
+            self.abort(Alarm::AbortedMotion, board, now);
+            return self.console.message(Message::NoStepInterrupt);
         }
         match self.state {
             State::Hold(Hold::Stopping { .. })

@@ -17,7 +17,7 @@ mod tests {
 
     #[test]
     fn a_homed_axis_is_a_pull_off_inside_its_travel() {
-        let mm = Coordinate::from_mm;
+        let mm = |mm| Coordinate::from_mm(mm).unwrap();
         assert_eq!(place(mm(200.0), mm(1.5), false), mm(-1.5));
         assert_eq!(place(mm(200.0), mm(1.5), true), mm(-198.5));
     }

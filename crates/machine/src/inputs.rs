@@ -173,6 +173,9 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
     ///
     /// Called from the switch interrupt at every edge of any input, with the levels read after the
     /// edge. Must not be preempted by itself. Bounded: no loop but one over the motors.
+    ///
+    /// Returns nothing: what has to happen at once has happened, and the rest waits for the main
+    /// loop. Wake a main loop that sleeps.
     pub fn on_switches(&self, switches: &Switches, shared: &Shared<MOTORS>) {
         self.on_switches_at(switches, shared, &shared.position());
     }

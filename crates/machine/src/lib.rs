@@ -47,6 +47,7 @@ mod switches;
 mod system;
 pub mod tool;
 mod unsaved;
+mod valid;
 pub mod work;
 
 pub use leadscrew_interpreter as interpreter;

@@ -4,7 +4,7 @@ use crate::activity::door_cycle::DoorCycle;
 use crate::activity::switch_cycle::SwitchCycle;
 use crate::activity::Activity;
 use crate::board::{Board, Duration, Instant};
-use crate::config::{AxisKind, MachineConfig, MoveQueues, SegmentSender, CHANNELS};
+use crate::config::{AxisKind, ConfigError, MachineConfig, MoveQueues, SegmentSender, CHANNELS};
 use crate::console::Console;
 pub use crate::console::LineFault;
 use crate::derived::{planner_config, spindle_scale};
@@ -26,7 +26,7 @@ use crate::tool::Tool;
 use crate::unsaved::Store;
 use crate::work::Work;
 use heapless::Vec;
-use leadscrew_planner::{ConfigError, Kinematics, PixelQueue};
+use leadscrew_planner::{Kinematics, PixelQueue};
 use leadscrew_stepper::Shared;
 
 /// The memory that a machine borrows: room for its moves, and the main loop's ends of all queues
@@ -61,8 +61,12 @@ pub struct Links<
 pub struct Next {
     /// At once: there is more to do.
     pub busy: bool,
-    /// At this instant at the latest; `None`: at the next byte, switch edge or step interrupt that
-    /// takes a segment.
+    /// At this instant at the latest; `None`: no time needs a poll.
+    ///
+    /// In either case, and before this instant, also after each byte, each switch edge, and each
+    /// step interrupt for which [`leadscrew_stepper::on_timer`] returns `true`. On a Cortex-M any
+    /// interrupt ends `wfi`. A main loop that is an asynchronous task is woken by nobody but the
+    /// handlers: each of the three has to signal it.
     pub when: Option<Instant>,
     /// `when` is for the extension's regular work only. No activity waits for it, except perhaps a
     /// line ([`Machine::line_goes_on`]).
@@ -95,7 +99,7 @@ where
     /// Makes a machine that will boot at its first [`Machine::poll`].
     ///
     /// # Errors
-    /// Nothing can be planned with `config`: a timer of 0 Hz, or no room for moves.
+    /// [`MachineConfig::validate`] refuses `config`, or nothing can be planned with it.
     pub fn new<const MOVES: usize, const PIXELS: usize, const BLOCKS: usize>(
         config: MachineConfig<AXES>,
         kinematics: K,
@@ -120,6 +124,7 @@ where
         links: Links<'a, AXES, MOTORS, MOVES, PIXELS, BLOCKS>,
         extension: X,
     ) -> Result<Self, ConfigError> {
+        config.validate()?;
         config.moves = config.moves.min(MOVES);
         let count = AxisKind::count(&config.axes);
         let settings = Settings::of_axes(count, config.defaults);
@@ -314,7 +319,7 @@ where
 
     /// Whether the motors are not needed in this state: their drivers go off, even if `$1` keeps
     /// them on.
-    fn is_locked(&self) -> bool {
+    pub(crate) fn is_locked(&self) -> bool {
         match self.state {
             State::Alarm(_) => true,
             State::Sleep => self.activity.door.is_none(),
@@ -340,6 +345,7 @@ where
         }
         let mut next = self.deadline(hunger);
         let is_chore = X::IN_USE && next.is_none();
+        next = earlier(next, self.motion.look_at(now));
         if X::IN_USE {
             next = earlier(next, earlier(extension, self.load_ends(true)));
         }

@@ -12,13 +12,14 @@ use crate::config::AxisMask;
 use crate::extension::Extension;
 use crate::inputs::{ActiveSwitches, InputConfig};
 use crate::machine::Machine;
+use crate::motion::own_feed;
 use crate::protocol::alarm::Alarm;
 use crate::protocol::report::AXIS_LETTERS;
 use crate::settings::table::Setting;
 use crate::state::State;
 use core::cmp::Ordering;
 use core::fmt;
-use leadscrew_planner::{Coordinate, Feed, Kinematics, Move, MoveKind, MovePower, THREE_DECIMALS};
+use leadscrew_planner::{Coordinate, Kinematics, Move, MoveKind, MovePower, THREE_DECIMALS};
 use leadscrew_stepper::{MotorMask, OutputChange};
 
 /// The axes that back off: X and Y.
@@ -110,7 +111,7 @@ where
     }
 
     fn last_move(&self, last: LastMove) -> Move<AXES> {
-        let back = Coordinate::from_mm(self.config.rules.back_off_mm);
+        let back = Coordinate::from_mm(self.config.rules.back_off_mm).unwrap_or_default();
         let (axes, is_back) = match last {
             LastMove::BackOff(axes) => (axes, true),
             LastMove::ToZero(axes) => (axes, false),
@@ -130,7 +131,7 @@ where
         let rate = self.settings.value(Setting::HomingSeek).to_f32();
         Move {
             target,
-            feed: Feed::PerMinute(rate / 60.0 * libm::sqrtf(axes.count_ones() as f32)),
+            feed: own_feed(rate * libm::sqrtf(axes.count_ones() as f32)),
             power: MovePower::Off,
             curve: None,
             rounding: THREE_DECIMALS,

@@ -26,7 +26,7 @@ mod tests {
 
     #[test]
     fn the_ends_of_the_travel_are_allowed_and_nothing_beyond() {
-        let mm = |mm: f32| Coordinate::from_mm(mm);
+        let mm = |mm: f32| Coordinate::from_mm(mm).unwrap();
         let travel = [mm(20.0), mm(10.0)];
         let within = |target: [Coordinate; 2]| allow(&target, &travel, &[AxisKind::Linear; 2]);
         assert!(within([mm(0.0), mm(-10.0)]));
@@ -38,9 +38,9 @@ mod tests {
 
     #[test]
     fn filament_has_no_end() {
-        let travel = [Coordinate::from_mm(20.0); 4];
+        let travel = [Coordinate::from_mm(20.0).unwrap(); 4];
         let mut axes = [AxisKind::Linear; 4];
-        let target = [0.0, -20.0, 0.0, 5000.0].map(Coordinate::from_mm);
+        let target = [0.0, -20.0, 0.0, 5000.0].map(|mm| Coordinate::from_mm(mm).unwrap());
         assert!(!allow(&target, &travel, &axes));
         axes[3] = AxisKind::Extruder;
         assert!(allow(&target, &travel, &axes));

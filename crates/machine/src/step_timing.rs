@@ -15,6 +15,38 @@
 //! that both allow. Step smoothing keeps to this rate, too.
 
 use crate::settings::values::StepLimits;
+use core::fmt;
+use leadscrew_stepper::MAX_MOTORS;
+
+/// The longest time from one tick to the next, ns, with the longest pulse and as many motors as
+/// there can be. A tick has to fit into the shortest of segments: see [`crate::config::COMMITTED`].
+const LONGEST_TICK_NS: u32 = 390_000;
+
+/// The value of a [`StepTiming`] with which no board makes steps.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum TimingError {
+    /// `tick_ns` is 0: no tick takes no time.
+    Tick,
+    /// With pulses of 255 µs or eight motors, ticks would be more than 390 µs apart.
+    TooLong,
+    /// The shortest pulse has no length.
+    Pulse,
+}
+
+impl fmt::Display for TimingError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Tick => "step_timing.tick_ns: a tick takes time",
+            Self::TooLong => {
+                "step_timing: with eight motors or the longest pulse, a tick takes 390 µs at most"
+            }
+            Self::Pulse => "step_timing.shortest_pulse_us: a pulse takes time",
+        })
+    }
+}
+
+impl core::error::Error for TimingError {}
 
 /// The times of making steps on a board.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -88,10 +120,29 @@ impl StepTiming {
         ..Self::F407
     };
 
+    /// Checks that a board can make steps in these times. [`crate::machine::Machine::new`] asks,
+    /// by [`crate::config::MachineConfig::validate`].
+    ///
+    /// # Errors
+    /// The first time that is none.
+    pub const fn validate(&self) -> Result<(), TimingError> {
+        let ticks = self.shortest_tick_ns(u8::MAX, MAX_MOTORS);
+        if self.tick_ns == 0 {
+            Err(TimingError::Tick)
+        } else if self.shortest_pulse_us == 0 {
+            Err(TimingError::Pulse)
+        } else if ticks > LONGEST_TICK_NS || self.line_ns > LONGEST_TICK_NS {
+            Err(TimingError::TooLong)
+        } else {
+            Ok(())
+        }
+    }
+
     /// The least time from one tick to the next, ns: with pulses of `pulse_us` on `motors` motors.
     pub const fn shortest_tick_ns(&self, pulse_us: u8, motors: usize) -> u32 {
         let work = self.work_ns(motors);
-        let pins = pulse_us as u32 * 1_000 + self.pulse_end_ns + self.setup_ns;
+        let edges = self.pulse_end_ns.saturating_add(self.setup_ns);
+        let pins = edges.saturating_add(pulse_us as u32 * 1_000);
         if work > pins {
             work
         } else {
@@ -117,11 +168,17 @@ impl StepTiming {
     /// and its pulse are both over by then.
     pub(crate) fn direction_out_ns(&self, pulse_us: u8) -> u32 {
         let pulse = u32::from(pulse_us) * 1_000;
-        pulse.max(self.line_ns) + self.pulse_end_ns
+        pulse.max(self.line_ns).saturating_add(self.pulse_end_ns)
     }
 
     const fn work_ns(&self, motors: usize) -> u32 {
-        self.tick_ns + self.motor_ns * motors as u32 // eight motors at most
+        let motors = self.motor_ns.saturating_mul(motors as u32); // eight motors at most
+        let work = self.tick_ns.saturating_add(motors);
+        if work > 0 {
+            work
+        } else {
+            1
+        }
     }
 }
 

@@ -362,7 +362,7 @@ impl Extension<3> for Tool<'_> {
             0 => {
                 self.phase = 1;
                 let mut target = cx.position;
-                target[2] = target[2] + Coordinate::from_mm(-20.0);
+                target[2] = target[2] + Coordinate::from_mm(-20.0).unwrap();
                 let rate = Number::from_int(600);
                 Step::Move { target, rate }
             }

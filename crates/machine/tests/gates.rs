@@ -47,7 +47,7 @@ impl Extension<3> for Chuck<'_> {
         match asked {
             Asked::Move {
                 target: [x, ..], ..
-            } if *x > Coordinate::from_mm(10.0) => Gate::Refuse(Status::Own(250)),
+            } if *x > Coordinate::from_mm(10.0).unwrap() => Gate::Refuse(Status::Own(250)),
             Asked::Move { jog: true, .. } => Gate::Open,
             Asked::Move { .. } if !self.closed.get() => Gate::Wait,
             Asked::Code(call) if call.code == 29 => Gate::Refuse(Status::Own(250)),

@@ -200,7 +200,7 @@ mod tests {
     fn plan(trail: &mut Trail, x: f32, steps: i32, line: u32) {
         trail.move_planned(&PlannedMove {
             begin: &[],
-            target: &[Coordinate::from_mm(x)],
+            target: &[Coordinate::from_mm(x).unwrap()],
             kind: MoveKind::Feed,
             power: Power::FULL,
             is_laser: false,

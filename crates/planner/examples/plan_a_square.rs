@@ -46,8 +46,9 @@ fn main() {
 
 /// The corners of the square, the last one rounded.
 fn path(tolerance: f32) -> impl Iterator<Item = [Coordinate; 3]> {
-    let at = |x: f32, y: f32| [x, y, 0.0].map(Coordinate::from_mm);
-    let centre = [0.0, -5.0].map(Coordinate::from_mm);
+    let mm = |mm| Coordinate::from_mm(mm).expect("a place");
+    let at = |x: f32, y: f32| [x, y, 0.0].map(mm);
+    let centre = [0.0, -5.0].map(mm);
     let corner = Arc::new(
         at(5.0, 20.0),
         at(0.0, 15.0),
@@ -55,7 +56,8 @@ fn path(tolerance: f32) -> impl Iterator<Item = [Coordinate; 3]> {
         (0, 1),
         false,
         tolerance,
-    );
+    )
+    .expect("an arc");
     [at(20.0, 0.0), at(20.0, 20.0), at(5.0, 20.0)]
         .into_iter()
         .chain(corner)

@@ -48,7 +48,8 @@ pub struct Config<const AXES: usize> {
     pub arc_tolerance: f32,
     /// Counts of the step timer in a second.
     pub timer_hz: u32,
-    /// The shortest time between ticks: no motor steps faster, and step smoothing keeps to it.
+    /// The shortest time between ticks: no motor steps faster, and step smoothing keeps to it. At
+    /// least 1 count, at most the longest segment.
     pub shortest_tick: Ticks,
     /// The longest segment, seconds, 10⁻⁶ to 10⁻³. A hold cannot change a segment that is handed
     /// out; above a millisecond, edges would not be exact. A single step that takes longer is
@@ -88,10 +89,15 @@ impl<const AXES: usize> Default for Config<AXES> {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Overrides {
-    /// For [`crate::MoveKind::Feed`], 10 to 200.
+    /// For [`crate::MoveKind::Feed`], 1 to 200; 10 to 200 in Grbl.
     pub feed: u8,
-    /// For [`crate::MoveKind::Rapid`], 25, 50 or 100 in Grbl.
+    /// For [`crate::MoveKind::Rapid`], 1 to 100; 25, 50 or 100 in Grbl.
     pub rapid: u8,
+}
+
+impl Overrides {
+    /// The highest share of a programmed feed, in per cent.
+    pub(crate) const HIGHEST_FEED: u8 = 200;
 }
 
 impl Default for Overrides {

@@ -99,7 +99,10 @@ impl Made {
                 Some((0, what)) => {
                     match what {
                         None => rig.segmenter.hold(),
-                        Some(feed) => rig.planner.set_overrides(Overrides { feed, rapid: 100 }),
+                        Some(feed) => rig
+                            .planner
+                            .set_overrides(Overrides { feed, rapid: 100 })
+                            .unwrap(),
                     }
                     events.next()
                 }

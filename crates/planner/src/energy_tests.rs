@@ -150,7 +150,7 @@ fn program() -> impl Strategy<Value = Vec<Leg>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(500))]
+    #![proptest_config(crate::reference::times(500))]
 
     #[test]
     fn each_step_of_each_line_gets_its_energy_within_a_hundredth(

@@ -86,7 +86,7 @@ proptest! {
                 match event {
                     0 | 1 => rig.segmenter.hold(),
                     2 => rig.segmenter.resume(),
-                    feed => rig.planner.set_overrides(Overrides { feed: 40 * feed - 60, rapid: 100 }),
+                    feed => rig.planner.set_overrides(Overrides { feed: 40 * feed - 60, rapid: 100 }).unwrap(),
                 }
                 (wait, event) = events.next().unwrap_or((usize::MAX, 0));
             }

@@ -47,17 +47,17 @@ pub use config::{Config, CornerRule, Overrides, DEFAULT_TIMER_HZ, THREE_DECIMALS
 pub use emit::segmenter::{PowerLead, Segmenter, LONGEST_LEAD};
 pub use explain::{Ahead, Outline};
 pub use moves::{Feed, Move, MoveKind, MovePower};
-pub use path::arc::Arc;
+pub use path::arc::{Arc, ArcError};
 pub use path::curve::Curve;
 pub use planner::{Planner, PushError, Pushed};
 pub use space::target::{
     Cartesian, Coordinate, CoreXy, Ganged, Kinematics, StepsPerMm, NANOS_PER_MM,
 };
 pub use space::train::Train;
-pub use speed::plan::{Place, Plan};
-pub use speed::profile::{Profile, Trapezoid};
-pub use speed::s_curve::SCurve;
-pub use valid::ConfigError;
+pub(crate) use speed::plan::Place;
+pub(crate) use speed::profile::{Profile, Trapezoid};
+pub(crate) use speed::s_curve::SCurve;
+pub use valid::{ConfigError, MoveError, OverrideError};
 
 #[cfg(test)]
 extern crate std;
@@ -77,6 +77,8 @@ mod energy_tests;
 mod jerk_tests;
 #[cfg(test)]
 mod limits_tests;
+#[cfg(test)]
+mod nonsense_tests;
 #[cfg(test)]
 mod outputs_tests;
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! The requests to the planner, and its own record of them.
 
 use crate::real::min;
-use crate::{Coordinate, Curve};
+use crate::{Coordinate, Curve, Overrides};
 use leadscrew_stepper::{OutputChange, Power};
 
 /// A straight move to an exact target.
@@ -16,7 +16,7 @@ pub struct Move<const AXES: usize> {
     /// The arc that the move is a chord of.
     pub curve: Option<Curve>,
     /// How far the target may be from the curve that was meant, on each axis, because the program's
-    /// numbers are rounded, mm. A chord of an arc does not need it.
+    /// numbers are rounded, mm, 0 or more. A chord of an arc does not need it.
     pub rounding: f32,
     /// The outputs that change with the move's start: no later than its first step.
     pub outputs: OutputChange,
@@ -32,9 +32,9 @@ pub struct Move<const AXES: usize> {
 pub enum Feed {
     /// As fast as the axes allow.
     Rapid,
-    /// `F` in G94, in mm/s.
+    /// `F` in G94, in mm/s, above 0.
     PerMinute(f32),
-    /// `F` in G93, in 1/s: the whole move takes 1/F.
+    /// `F` in G93, in 1/s, above 0: the whole move takes 1/F.
     InverseTime(f32),
 }
 
@@ -236,8 +236,8 @@ impl<const AXES: usize, const MOTORS: usize> PlannedMove<AXES, MOTORS> {
     /// The squared speed of the move at the highest override, mm²/s². A plan for this speed holds
     /// at every override.
     pub(crate) fn top_v2(&self) -> f32 {
-        const HIGHEST_OVERRIDE: f32 = 2.0;
-        let top = min(self.rate, self.feed * HIGHEST_OVERRIDE);
+        let highest = f32::from(Overrides::HIGHEST_FEED) * 0.01;
+        let top = min(self.rate, self.feed * highest);
         top * top
     }
 }

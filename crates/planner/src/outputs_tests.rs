@@ -40,7 +40,7 @@ fn moves(program: &Program) -> (Vec<Move<2>>, Vec<Change>) {
             false => MovePower::Off,
         };
         Move {
-            target: at.map(|steps| Coordinate::from_mm(steps as f32 * 0.004)),
+            target: at.map(|steps| Coordinate::near(steps as f32 * 0.004)),
             power,
             outputs,
             ..to(0.0, 0.0, 60.0)

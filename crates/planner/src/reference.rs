@@ -5,8 +5,15 @@ use crate::{
     Queue, Segmenter, Trapezoid, THREE_DECIMALS,
 };
 use leadscrew_stepper::{OutputChange, Progress, Segment, Stepper, Tick};
+use proptest::prelude::ProptestConfig;
 use std::boxed::Box;
 use std::vec::Vec;
+
+/// A number of cases, and as many times more as `PROPTEST_CASES` is more than proptest's own 256.
+pub(crate) fn times(cases: u32) -> ProptestConfig {
+    let times = ProptestConfig::default().cases / 256;
+    ProptestConfig::with_cases(cases * times.max(1))
+}
 
 /// The time of each position of a [`Trapezoid`], from its parameters, in `f64`.
 pub(crate) struct Exact {
@@ -175,10 +182,13 @@ impl<'q> Rig<'q> {
         for (_, feed) in interruptions.iter().filter(|(after, _)| *after == segments) {
             match feed {
                 None => self.segmenter.hold(),
-                Some(feed) => self.planner.set_overrides(Overrides {
-                    feed: *feed,
-                    rapid: 100,
-                }),
+                Some(feed) => self
+                    .planner
+                    .set_overrides(Overrides {
+                        feed: *feed,
+                        rapid: 100,
+                    })
+                    .unwrap(),
             }
         }
     }

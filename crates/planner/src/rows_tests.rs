@@ -49,7 +49,7 @@ fn moves(pixels: &[Due]) -> Vec<Move<2>> {
     let moves = pixels.iter().map(|pixel| {
         at = [0, 1].map(|axis| at[axis] + pixel.delta[axis]);
         Move {
-            target: at.map(|steps| Coordinate::from_mm(steps as f32 * 0.004)),
+            target: at.map(|steps| Coordinate::near(steps as f32 * 0.004)),
             power: MovePower::Constant { power: pixel.power },
             ..to(0.0, 0.0, 120.0)
         }
@@ -112,7 +112,7 @@ fn run(
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(300))]
+    #![proptest_config(crate::reference::times(300))]
 
     #[test]
     fn each_border_lies_at_the_step_at_which_moves_of_their_own_would_have_it(

@@ -1,12 +1,12 @@
-//! Checks whether motion can be planned with a [`Config`].
+//! Checks whether motion can be planned: with a [`Config`], along a [`Move`], at [`Overrides`].
 
-use crate::Config;
+use crate::{Config, Curve, Feed, Move, Overrides};
 use core::fmt;
 use core::ops::RangeInclusive;
 
 /// Allowed rates in mm/s, accelerations in mm/s² and arc tolerances in mm: every value that GRBL's
 /// settings can have, and small enough that no `f32` overflows.
-const ABOVE_ZERO: RangeInclusive<f32> = 1e-12..=1e10;
+pub(crate) const ABOVE_ZERO: RangeInclusive<f32> = 1e-12..=1e10;
 /// Allowed jerk in mm/s³ and junction deviation in mm.
 const ZERO_OR_MORE: RangeInclusive<f32> = 0.0..=1e10;
 /// Allowed longest segment in seconds. In longer ones the edges would not be exact.
@@ -33,7 +33,7 @@ pub enum ConfigError {
     ArcTolerance,
     /// Below 1 MHz.
     Timer,
-    /// Less than one count of the timer.
+    /// Less than one count of the timer, or longer than the longest segment.
     ShortestTick,
     /// Not within 1 µs to 1 ms.
     LongestSegment,
@@ -53,7 +53,9 @@ impl fmt::Display for ConfigError {
             Self::JunctionDeviation => "the junction deviation is below 0 mm",
             Self::ArcTolerance => "the arc tolerance is not above 0 mm",
             Self::Timer => "the step timer is slower than 1 MHz",
-            Self::ShortestTick => "the shortest tick is no count of the step timer",
+            Self::ShortestTick => {
+                "the shortest tick is no count of the step timer, or longer than a segment"
+            }
             Self::LongestSegment => "the longest segment is not within 1 µs to 1 ms",
             Self::Moves => "there is no room for a move",
         };
@@ -87,15 +89,91 @@ impl<const AXES: usize> Config<AXES> {
         )?;
         ensure(ABOVE_ZERO.contains(tolerance), ConfigError::ArcTolerance)?;
         ensure(self.timer_hz >= SLOWEST_TIMER_HZ, ConfigError::Timer)?;
-        ensure(self.shortest_tick.0 > 0, ConfigError::ShortestTick)?;
         let segment = &self.longest_segment;
         ensure(SEGMENT.contains(segment), ConfigError::LongestSegment)?;
+        let (tick, longest) = (self.shortest_tick.0, segment * self.timer_hz as f32);
+        ensure(
+            tick > 0 && tick as f32 <= longest,
+            ConfigError::ShortestTick,
+        )?;
         ensure(self.moves > 0, ConfigError::Moves)
     }
 }
 
+/// The value of a [`Move`] with which it cannot be planned.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum MoveError {
+    /// The speed or the time asked for is not a number, infinite, or not above 0.
+    Feed,
+    /// The rounding is not within 0 to 10¹⁰ mm.
+    Rounding,
+    /// The radius or the acceleration of the arc is not within 10⁻¹² to 10¹⁰ mm or mm/s².
+    Curve,
+}
+
+impl fmt::Display for MoveError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Feed => "the feed of the move is not a number above 0",
+            Self::Rounding => "the rounding of the move's target is below 0 mm",
+            Self::Curve => "the arc of the move has no radius or no acceleration above 0",
+        })
+    }
+}
+
+impl core::error::Error for MoveError {}
+
+impl<const AXES: usize> Move<AXES> {
+    /// Checks that the move can be planned. [`crate::Planner::push`] asks.
+    ///
+    /// # Errors
+    /// The first value that is not a number, infinite, or out of its range.
+    pub fn validate(&self) -> Result<(), MoveError> {
+        let feed = match self.feed {
+            Feed::Rapid => true,
+            Feed::PerMinute(feed) | Feed::InverseTime(feed) => feed > 0.0 && feed < f32::INFINITY,
+        };
+        ensure(feed, MoveError::Feed)?;
+        let rounding = ZERO_OR_MORE.contains(&self.rounding);
+        ensure(rounding, MoveError::Rounding)?;
+        let curve = self.curve.is_none_or(|curve| curve.is_valid());
+        ensure(curve, MoveError::Curve)
+    }
+}
+
+impl Curve {
+    fn is_valid(&self) -> bool {
+        ABOVE_ZERO.contains(&self.radius) && ABOVE_ZERO.contains(&self.acceleration)
+    }
+}
+
+/// An override is not within its range: the feed's 1 to 200 %, the rapids' 1 to 100 %.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct OverrideError;
+
+impl fmt::Display for OverrideError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the feed override is not 1 to 200 %, or the rapid override not 1 to 100 %")
+    }
+}
+
+impl core::error::Error for OverrideError {}
+
+impl Overrides {
+    /// Checks that moves can be planned at these shares. [`crate::Planner::set_overrides`] asks.
+    ///
+    /// # Errors
+    /// A share is out of its range.
+    pub fn validate(self) -> Result<(), OverrideError> {
+        let feed = (1..=Self::HIGHEST_FEED).contains(&self.feed);
+        ensure(feed && (1..=100).contains(&self.rapid), OverrideError)
+    }
+}
+
 /// `error`, unless `holds`.
-fn ensure(holds: bool, error: ConfigError) -> Result<(), ConfigError> {
+fn ensure<E>(holds: bool, error: E) -> Result<(), E> {
     holds.then_some(()).ok_or(error)
 }
 

@@ -39,6 +39,8 @@ pub enum Message {
     RestoringSpindle,
     /// `$SLP`.
     Sleeping,
+    /// Motion was to begin or to go on, and the board's step interrupt took no segment for 100 ms.
+    NoStepInterrupt,
     /// Stored values are damaged: defaults are in force.
     SettingsLost,
     /// A setting asks for more steps than the board can make, with the values that would work.
@@ -85,6 +87,7 @@ impl Message {
             Self::RestoringDefaults => "Restoring defaults",
             Self::RestoringSpindle => "Restoring spindle",
             Self::Sleeping => "Sleeping",
+            Self::NoStepInterrupt => "The step interrupt does not come: nothing moves",
             Self::SettingsLost => "Stored values lost, defaults in force: check them, then $X",
             Self::StepRate(_) => "Step rate",
         }
@@ -145,7 +148,7 @@ mod tests {
             capped.to_string(),
             "[MSG:Step rate: $110 can be 21818.000 at most]"
         );
-        for message in [capped, Message::SettingsLost] {
+        for message in [capped, Message::SettingsLost, Message::NoStepInterrupt] {
             let line = message.to_string().to_ascii_lowercase();
             assert!(!line.contains("ok") && !line.contains("error"), "{line}");
             assert!(line.len() <= 68, "{line}");

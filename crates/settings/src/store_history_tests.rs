@@ -106,8 +106,14 @@ fn survive(history: &[Step], half_written: u8, weakens: bool) -> Result<(), Test
     Ok(())
 }
 
+/// A number of cases, and as many times more as `PROPTEST_CASES` is more than proptest's own 256.
+fn times(cases: u32) -> ProptestConfig {
+    let times = ProptestConfig::default().cases / 256;
+    ProptestConfig::with_cases(cases * times.max(1))
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(4000))]
+    #![proptest_config(times(4000))]
 
     #[test]
     fn what_was_acknowledged_survives_lost_power_silent_faults_and_cut_erases(

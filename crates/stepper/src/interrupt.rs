@@ -71,7 +71,10 @@ impl<const MOTORS: usize> StepInterrupt<MOTORS> {
 }
 
 /// Makes the steps that are due and changes the power with them, then prepares the next tick.
-/// Returns whether this tick took longer than others, because it looked for a segment.
+///
+/// Returns `true` if this tick looked for a segment: it took longer than others, and there is room
+/// for a segment, or motion has ended. Then wake a main loop that sleeps. Returns `false` after all
+/// other ticks, which leave nothing to do for the main loop.
 ///
 /// Called from the step interrupt. Steps and power come first, so that they have no more jitter
 /// than the interrupt's entry. Bounded: its only loops are over the motors. Inlined in every

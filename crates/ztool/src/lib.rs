@@ -86,7 +86,7 @@ impl<P: ToolPort, const AXES: usize> ZTool<P, AXES> {
         if self.stands == Some((end, z)) || self.port.is_closed(end) {
             return self.arrive(end, cx);
         }
-        let way = Coordinate::from_mm(self.config.most_mm);
+        let way = Coordinate::from_mm(self.config.most_mm).unwrap_or_default();
         let mut target = cx.position;
         if let Some(z) = target.get_mut(TOOL_AXIS) {
             *z = match end {

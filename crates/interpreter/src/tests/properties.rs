@@ -83,8 +83,14 @@ fn check(bench: &Bench<4>, line: &[u8]) -> Result<(), super::Fault> {
     bench.interpreter.check(line, &bench.context())
 }
 
+/// A number of cases, and as many times more as `PROPTEST_CASES` is more than proptest's own 256.
+fn times(cases: u32) -> ProptestConfig {
+    let times = ProptestConfig::default().cases / 256;
+    ProptestConfig::with_cases(cases * times.max(1))
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(2000))]
+    #![proptest_config(times(2000))]
 
     /// Any lines, one after the other: no panic, no half-done line, a check that tells the truth,
     /// and never more commands than there is room for.

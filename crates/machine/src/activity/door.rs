@@ -16,9 +16,10 @@ use crate::board::{Board, Duration, Instant};
 use crate::config::ParkingConfig;
 use crate::extension::Extension;
 use crate::machine::Machine;
+use crate::motion::own_feed;
 use crate::settings::table::Setting;
 use crate::state::{Door, State};
-use leadscrew_planner::{Feed, Kinematics, Move, MoveKind, MovePower, THREE_DECIMALS};
+use leadscrew_planner::{Kinematics, Move, MoveKind, MovePower, THREE_DECIMALS};
 use leadscrew_stepper::OutputChange;
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
@@ -193,7 +194,7 @@ where
         // If the axis is there already, nothing is planned and the step ends at once.
         let _ = self.motion.push_aside(&Move {
             target,
-            feed: Feed::PerMinute(rate / 60.0),
+            feed: own_feed(rate),
             // This keeps a laser dark. A spindle does not take its power from moves.
             power: MovePower::Off,
             curve: None,

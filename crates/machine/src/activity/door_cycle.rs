@@ -56,7 +56,7 @@ impl ParkingConfig {
     }
 
     pub(crate) fn target(&self) -> Coordinate {
-        Coordinate::from_mm(self.target_mm)
+        Coordinate::from_mm(self.target_mm).unwrap_or_default()
     }
 
     /// Whether the spindle axis is below the place to park.
@@ -66,7 +66,7 @@ impl ParkingConfig {
 
     /// The height at which the tool is out of the work, no higher than the place to park.
     pub(crate) fn pulled_out<const AXES: usize>(&self, left_at: &[Coordinate; AXES]) -> Coordinate {
-        let out = self.of(left_at) + Coordinate::from_mm(self.pull_out_mm);
+        let out = self.of(left_at) + Coordinate::from_mm(self.pull_out_mm).unwrap_or_default();
         out.min(self.target())
     }
 }

@@ -42,11 +42,12 @@ use crate::extension::Extension;
 use crate::home;
 use crate::inputs::{with_sharing, InputConfig};
 use crate::machine::Machine;
+use crate::motion::own_feed;
 use crate::protocol::alarm::Alarm;
 use crate::settings::table::Setting;
 use crate::state::State;
 use leadscrew_gcode::Number;
-use leadscrew_planner::{Coordinate, Feed, Kinematics, Move, MoveKind, MovePower, THREE_DECIMALS};
+use leadscrew_planner::{Coordinate, Kinematics, Move, MoveKind, MovePower, THREE_DECIMALS};
 use leadscrew_stepper::{MotorMask, OutputChange};
 
 /// The length of a search, in travels of the axis.
@@ -181,7 +182,7 @@ where
         let mut target = self.motion.position();
         for (axis, target) in target.iter_mut().enumerate() {
             if moving >> axis & 1 == 1 {
-                let way = Coordinate::from_mm(distance);
+                let way = Coordinate::from_mm(distance).unwrap_or_default();
                 *target = if self.homes_negative(axis) {
                     *target - way
                 } else {
@@ -192,7 +193,7 @@ where
         let axes = moving.count_ones() as f32;
         Move {
             target,
-            feed: Feed::PerMinute(rate / 60.0 * libm::sqrtf(axes)),
+            feed: own_feed(rate * libm::sqrtf(axes)),
             power: MovePower::Off,
             curve: None,
             rounding: THREE_DECIMALS,

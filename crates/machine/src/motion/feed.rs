@@ -122,6 +122,17 @@ where
         self.underruns != before
     }
 
+    /// Whether the step interrupt does not come although there is motion to be made. Told once in
+    /// [`STALLED`].
+    pub(crate) fn take_stall(&mut self) -> bool {
+        self.feeder.take_stall() && !(self.stopping && self.is_program_idle())
+    }
+
+    /// When [`Motion::take_stall`] is to be asked, should no interrupt come before.
+    pub(crate) fn look_at(&self, now: Instant) -> Option<Instant> {
+        self.feeder.look_at(now)
+    }
+
     fn end_stop(&mut self) {
         if self.stopping && self.feeder.is_at_rest() {
             self.stopping = false;
@@ -189,6 +200,14 @@ const SHORT: Duration = Duration::from_ticks(450);
 /// soon as there is room for them.
 const CROWDED: Duration = Duration::from_ticks(4);
 
+/// If the step timer runs and no segment is taken for this long, its interrupt does not come: no
+/// segment is longer than a millisecond.
+const STALLED: Duration = Duration::from_ticks(100_000);
+
+/// While the step timer runs, the main loop looks this often at least. A longer pause between two
+/// looks counts as this long: the program itself may have stood still, in a debugger or elsewhere.
+const LOOK: Duration = Duration::from_ticks(20_000);
+
 /// [`Segment::duration`] is shorter than the segment by less than this, timer counts. It is the sum
 /// of two products, which are rounded down. One factor of each was rounded down to 2⁻¹⁶ counts, the
 /// other is the number of ticks, or of pairs of ticks. A segment of 0.95 ms has at most 500 ticks,
@@ -232,6 +251,11 @@ pub(crate) struct Feeder<'a, const MOTORS: usize> {
     over: u32,
     /// Whether the ticks of the newest segment are closer than [`CROWDED`].
     is_crowded: bool,
+    /// For how long no segment has been taken although the step timer runs, as of the last look.
+    stalled: Duration,
+    /// Whether that was told, and no segment has been taken since.
+    stall_told: bool,
+    looked: Instant,
 }
 
 /// The bounds of segments and of the committed time.
@@ -309,6 +333,9 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
             bounds: Bounds::new(0, counts_per_us),
             over: 0,
             is_crowded: false,
+            stalled: Duration::from_ticks(0),
+            stall_told: false,
+            looked: Instant::from_ticks(0),
         }
     }
 
@@ -395,9 +422,10 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
     /// Looks at the queue: drops the durations of the segments that are over, and notes how much of
     /// the one under way is over. At the start of a turn of the main loop.
     fn look(&mut self, now: Instant) {
-        let now = self.counts(now);
         let is_running = self.shared.is_running();
         let remaining = self.segments.len() + usize::from(is_running);
+        self.watch(is_running && self.durations.len() <= remaining, now);
+        let now = self.counts(now);
         while self.durations.len() > remaining {
             let Some(ended) = self.durations.pop_front() else {
                 break;
@@ -408,6 +436,39 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         }
         let under_way = self.durations.front().filter(|_| is_running);
         self.over = under_way.map_or(0, |lasts| passed(self.since, now).min(*lasts));
+    }
+
+    /// Adds up for how long no segment has been taken. `waits`: none was since the last look.
+    fn watch(&mut self, waits: bool, now: Instant) {
+        let passed = now
+            .checked_duration_since(self.looked)
+            .unwrap_or(LOOK)
+            .min(LOOK);
+        self.looked = now;
+        self.stalled += passed;
+        if !waits {
+            (self.stalled, self.stall_told) = (Duration::from_ticks(0), false);
+        }
+    }
+
+    /// Whether the step interrupt has taken no segment for [`STALLED`], and has not been reported
+    /// for it since.
+    pub(crate) fn take_stall(&mut self) -> bool {
+        let stalls = self.stalled >= STALLED;
+        if stalls {
+            (self.stalled, self.stall_told) = (Duration::from_ticks(0), true);
+        }
+        stalls
+    }
+
+    /// Whether the step interrupt does not come, as told.
+    pub(crate) fn is_stalled(&self) -> bool {
+        self.stall_told
+    }
+
+    /// When the step interrupt is to be looked at, should it take no segment before; `None` at rest.
+    pub(crate) fn look_at(&self, now: Instant) -> Option<Instant> {
+        self.shared.is_running().then(|| now + LOOK)
     }
 
     /// The time committed and not over, timer counts, as of the last look.

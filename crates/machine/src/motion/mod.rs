@@ -22,13 +22,19 @@ use crate::board::{Duration, Instant};
 use crate::config::{MoveQueues, SegmentSender, ASIDE_MOVES};
 use feed::{Drivers, Feeder};
 use leadscrew_planner::{
-    Ahead, Config, ConfigError, Coordinate, CornerRule, Curve, Kinematics, Move, Outline,
+    Ahead, Config, ConfigError, Coordinate, CornerRule, Curve, Feed, Kinematics, Move, Outline,
     Overrides, PixelQueue, Planner, PowerLead, PushError, Pushed, Segmenter, LONGEST_LEAD,
 };
 use leadscrew_stepper::{OutputChange, Power, Shared};
 
 pub(crate) use feed::{Hunger, PowerRule};
 use reserve::Reserve;
+
+/// The speed of the machine's own motion at `rate`, mm/min: no slower than Grbl's slowest, 1 mm/min,
+/// since `$24` and `$25` may be 0.
+pub(crate) fn own_feed(rate: f32) -> Feed {
+    Feed::PerMinute(rate.max(1.0) / 60.0)
+}
 
 /// A planner and the segmenter of its moves.
 struct Track<'a, K, const AXES: usize, const MOTORS: usize> {
@@ -174,10 +180,12 @@ where
         self.program.planner.config()
     }
 
-    /// Sets the overrides of the program's moves.
+    /// Sets the overrides of the program's moves. [`crate::overrides::Overrides`] keeps to shares
+    /// that the planner takes.
     pub(crate) fn set_overrides(&mut self, overrides: Overrides) {
-        self.reserve.set_override(overrides.feed);
-        self.program.planner.set_overrides(overrides);
+        if self.program.planner.set_overrides(overrides).is_ok() {
+            self.reserve.set_override(overrides.feed);
+        }
     }
 
     /// Sets the rule by which power goes out, from the next segment on.
@@ -350,9 +358,10 @@ where
         }
     }
 
-    /// Whether a stop still empties the segment queue.
+    /// Whether a stop still empties the segment queue. Not if no step interrupt comes, which would
+    /// keep all lines waiting.
     pub(crate) fn is_stopping(&self) -> bool {
-        self.stopping
+        self.stopping && !self.feeder.is_stalled()
     }
 
     /// The speed that the arc of a move allows, mm/s.

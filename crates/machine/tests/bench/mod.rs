@@ -9,7 +9,9 @@
 use leadscrew_machine::board::{
     Board, ChannelId, CoolantOutput, Instant, PortConfig, SpindleOutput, Switches,
 };
-use leadscrew_machine::config::{MachineConfig, MoveQueues, RowPixels, SegmentQueue, CHANNELS};
+use leadscrew_machine::config::{
+    ConfigError, MachineConfig, MoveQueues, RowPixels, SegmentQueue, CHANNELS,
+};
 use leadscrew_machine::extension::Extension;
 use leadscrew_machine::inputs::Inputs;
 use leadscrew_machine::machine::{Links, Machine};
@@ -53,6 +55,8 @@ pub struct Pins<'a> {
     pub output_changes: Vec<([i32; 3], u8)>,
     now: u64,
     due: Option<u64>,
+    /// The step interrupt is not connected: its timer is started, and nothing happens.
+    pub deaf: bool,
 }
 
 impl Pins<'_> {
@@ -251,6 +255,22 @@ impl<'a, K: Kinematics<3, 3> + Clone, X: Extension<3>> Session<'a, K, X> {
         kinematics: K,
         extension: X,
     ) -> Self {
+        Self::try_extended(memory, config, kinematics, extension).unwrap()
+    }
+
+    /// As [`Session::extended`]; an error if the machine refuses to be built.
+    pub fn try_extended<
+        const RX: usize,
+        const TX: usize,
+        const REALTIME: usize,
+        const SLOTS: usize,
+        const LEAD: usize,
+    >(
+        memory: &'a mut Memory<RX, TX, REALTIME, SLOTS, LEAD>,
+        config: MachineConfig<3>,
+        kinematics: K,
+        extension: X,
+    ) -> Result<Self, ConfigError> {
         let (sender, consumer) = memory.segments.split();
         let (receiver, inbox) = memory.serial.split();
         let mut inboxes = heapless::Vec::<_, CHANNELS>::new();
@@ -282,9 +302,10 @@ impl<'a, K: Kinematics<3, 3> + Clone, X: Extension<3>> Session<'a, K, X> {
             output_changes: Vec::new(),
             now: 0,
             due: None,
+            deaf: false,
         };
         let mut session = Self {
-            machine: Machine::with_extension(config, kinematics, links, extension).unwrap(),
+            machine: Machine::with_extension(config, kinematics, links, extension)?,
             pins,
             shared: &memory.shared,
             receiver,
@@ -295,7 +316,7 @@ impl<'a, K: Kinematics<3, 3> + Clone, X: Extension<3>> Session<'a, K, X> {
         };
         session.wait_ms(1);
         assert_eq!(session.lines(), ["", "Grbl 1.1h ['$' for help]"]);
-        session
+        Ok(session)
     }
 
     /// The serial interrupt receives bytes.
@@ -368,7 +389,7 @@ impl<'a, K: Kinematics<3, 3> + Clone, X: Extension<3>> Session<'a, K, X> {
     /// Runs one interrupt or one poll, whichever is due first.
     pub fn turn(&mut self) {
         match self.pins.due {
-            Some(due) if due <= self.next_poll => {
+            Some(due) if due <= self.next_poll && !self.pins.deaf => {
                 self.pins.now = self.pins.now.max(due);
                 on_timer(
                     &mut self.interrupt,
@@ -393,6 +414,33 @@ impl<'a, K: Kinematics<3, 3> + Clone, X: Extension<3>> Session<'a, K, X> {
             "the segments ran out at {} us",
             self.now_us()
         );
+    }
+
+    /// All clocks go on and nothing is called, as when a debugger halts main loop and interrupts.
+    pub fn stand_still_ms(&mut self, ms: u64) {
+        let pause = ms * 1000 * COUNTS_PER_US;
+        self.pins.now += pause;
+        self.next_poll += pause;
+        self.pins.due = self.pins.due.map(|due| due + pause);
+    }
+
+    /// Polls only when the machine has asked for it, with nothing but time to wake it.
+    pub fn sleep_ms(&mut self, ms: u64) {
+        let now = |session: &Self| Instant::from_ticks(session.pins.now / COUNTS_PER_US);
+        let end = now(self).ticks() + ms * 1000;
+        loop {
+            let at = now(self);
+            let next = self.machine.poll(&mut self.pins, at);
+            let when = match (next.busy, next.when) {
+                (true, _) => at.ticks() + 1,
+                (false, Some(when)) => when.ticks(),
+                (false, None) => break,
+            };
+            if when > end {
+                break;
+            }
+            self.pins.now = when * COUNTS_PER_US;
+        }
     }
 
     /// Sets switches; the switch interrupt follows.

@@ -149,10 +149,12 @@ fn meddle(random: &mut Random, planner: &mut ThePlanner<'_>, segmenter: &mut Seg
     match random.below(60) {
         0 => segmenter.hold(),
         1 => segmenter.resume(),
-        2 => planner.set_overrides(Overrides {
-            feed: 10 + random.below(190) as u8,
-            rapid: 50,
-        }),
+        2 => planner
+            .set_overrides(Overrides {
+                feed: 10 + random.below(190) as u8,
+                rapid: 50,
+            })
+            .unwrap(),
         _ if segmenter.is_held() => segmenter.resume(),
         _ => {}
     }

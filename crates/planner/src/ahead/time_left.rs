@@ -267,7 +267,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(100))]
+        #![proptest_config(crate::reference::times(100))]
 
         /// At the start and half-way, whatever the override. With a jerk limit it is an estimate.
         #[test]
@@ -282,7 +282,7 @@ mod tests {
                 jerk: ease.map_or(0.0, |seconds| acceleration / seconds),
                 ..Config::default()
             }, &mut queue);
-            rig.planner.set_overrides(Overrides { feed, rapid: 100 });
+            rig.planner.set_overrides(Overrides { feed, rapid: 100 }).unwrap();
             for (x, y, feed) in &points {
                 rig.planner.push(&to(*x, *y, *feed)).unwrap();
             }

@@ -54,8 +54,14 @@ fn handle(event: Event, rig: &mut Rig<'_>) {
     match event {
         Event::Hold | Event::Cancel => rig.segmenter.hold(),
         Event::Resume => rig.segmenter.resume(),
-        Event::Feed(feed) => rig.planner.set_overrides(Overrides { feed, ..overrides }),
-        Event::Rapid(rapid) => rig.planner.set_overrides(Overrides { rapid, ..overrides }),
+        Event::Feed(feed) => rig
+            .planner
+            .set_overrides(Overrides { feed, ..overrides })
+            .unwrap(),
+        Event::Rapid(rapid) => rig
+            .planner
+            .set_overrides(Overrides { rapid, ..overrides })
+            .unwrap(),
     }
 }
 

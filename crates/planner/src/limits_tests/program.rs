@@ -256,7 +256,7 @@ impl Program {
         let mm = |x: f64| Coordinate::from_nanos((rounded(x) * 1e9).round() as i64);
         let offset = [-radius * from.cos(), -radius * from.sin()].map(mm);
         let (start, end) = (at.map(mm), last.target);
-        let chords = Arc::new(start, end, offset, (0, 1), turn < 0.0, 0.002);
+        let chords = Arc::new(start, end, offset, (0, 1), turn < 0.0, 0.002).unwrap();
         let curve = Curve {
             radius: chords.radius(),
             acceleration: self.accelerations[0].min(self.accelerations[1]),

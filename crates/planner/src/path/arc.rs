@@ -21,8 +21,10 @@
 
 use crate::path::trigonometry::sin_cos;
 use crate::real::{norm2, sqrt};
-use crate::Coordinate;
+use crate::valid::ABOVE_ZERO;
+use crate::{Coordinate, Curve};
 use core::f32::consts::TAU;
+use core::fmt;
 
 /// Yields the ends of an arc's chords, the last one the arc's exact end.
 #[derive(Clone, Debug)]
@@ -42,6 +44,31 @@ pub struct Arc<const AXES: usize> {
     made: u32,
 }
 
+/// The most chords of an arc. An `f32` counts no further, and ends of more chords would be less than
+/// their rounding apart.
+const MOST_CHORDS: u32 = 1 << 24;
+
+/// The value with which an [`Arc`] cannot be drawn.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ArcError {
+    /// The plane's axes are not two different axes of the machine.
+    Plane,
+    /// The tolerance is not within 10⁻¹² to 10¹⁰ mm.
+    Tolerance,
+}
+
+impl fmt::Display for ArcError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Plane => "the arc's plane has no two different axes",
+            Self::Tolerance => "the arc's tolerance is not above 0 mm",
+        })
+    }
+}
+
+impl core::error::Error for ArcError {}
+
 /// Angles closer to 0 than this are full circles (Grbl: 5·10⁻⁷ rad).
 const FULL_CIRCLE: f32 = 5e-7;
 
@@ -51,6 +78,9 @@ impl<const AXES: usize> Arc<AXES> {
     /// `offset` leads from the start to the centre along the two axes of `plane` (first and second,
     /// so that counter-clockwise is from first to second); all other axes move in proportion.
     /// `tolerance` is in mm. Where the ends coincide in the plane, the arc is a full circle.
+    ///
+    /// # Errors
+    /// [`ArcError`]: the plane or the tolerance is none.
     pub fn new(
         start: [Coordinate; AXES],
         end: [Coordinate; AXES],
@@ -58,7 +88,13 @@ impl<const AXES: usize> Arc<AXES> {
         plane: (usize, usize),
         clockwise: bool,
         tolerance: f32,
-    ) -> Self {
+    ) -> Result<Self, ArcError> {
+        if plane.0 == plane.1 || plane.0.max(plane.1) >= AXES {
+            return Err(ArcError::Plane);
+        }
+        if !ABOVE_ZERO.contains(&tolerance) {
+            return Err(ArcError::Tolerance);
+        }
         let ([x0, y0], [x1, y1]) = (pick(&start, plane), pick(&end, plane));
         let centre = [x0 + offset[0], y0 + offset[1]];
         let spoke = offset.map(|offset| -offset.to_mm());
@@ -69,7 +105,7 @@ impl<const AXES: usize> Arc<AXES> {
         for (travel, (end, start)) in travel.iter_mut().zip(end.iter().zip(&start)) {
             *travel = (*end - *start).to_mm();
         }
-        Self {
+        Ok(Self {
             start,
             end,
             travel,
@@ -80,7 +116,17 @@ impl<const AXES: usize> Arc<AXES> {
             angle,
             chords: chords(angle, radius, tolerance),
             made: 0,
-        }
+        })
+    }
+
+    /// The curve that the chords belong to, for their moves. `acceleration`: see
+    /// [`Curve::acceleration`]. `None` if the radius is 0: the arc is one chord.
+    pub fn curve(&self, acceleration: f32) -> Option<Curve> {
+        let radius = self.radius;
+        (radius > 0.0).then_some(Curve {
+            radius,
+            acceleration,
+        })
     }
 
     /// The radius at the start, mm.
@@ -102,11 +148,11 @@ impl<const AXES: usize> Arc<AXES> {
         let mut point = self.start;
         for (axis, (point, travel)) in point.iter_mut().zip(&self.travel).enumerate() {
             *point = if axis == self.plane.0 {
-                self.centre[0] + Coordinate::from_mm(turned[0])
+                self.centre[0] + Coordinate::near(turned[0])
             } else if axis == self.plane.1 {
-                self.centre[1] + Coordinate::from_mm(turned[1])
+                self.centre[1] + Coordinate::near(turned[1])
             } else {
-                *point + Coordinate::from_mm(travel * share)
+                *point + Coordinate::near(travel * share)
             };
         }
         point
@@ -149,7 +195,7 @@ fn chords(angle: f32, radius: f32, tolerance: f32) -> u32 {
     let half_chord = sqrt(tolerance * (2.0 * radius - tolerance));
     let count = (0.5 * angle * radius).abs() / half_chord;
     if half_chord > 0.0 {
-        (count as u32).max(1)
+        (count as u32).clamp(1, MOST_CHORDS)
     } else {
         1
     }
@@ -183,7 +229,7 @@ mod tests {
     fn coinciding_ends_are_a_full_circle_in_the_sense_asked_for() {
         let at = point(10.0, 0.0, 0.0);
         for (clockwise, side) in [(true, -1.0), (false, 1.0)] {
-            let arc = Arc::new(at, at, offset(-10.0, 0.0), (0, 1), clockwise, 0.002);
+            let arc = Arc::new(at, at, offset(-10.0, 0.0), (0, 1), clockwise, 0.002).unwrap();
             // ⌊π·10 / √(0.002·(20 − 0.002))⌋
             assert_eq!(arc.chords(), 157);
             assert_eq!(arc.radius(), 10.0);
@@ -196,15 +242,49 @@ mod tests {
     #[test]
     fn an_arc_within_the_tolerance_is_one_straight_chord() {
         let (start, end) = (point(0.0, 0.0, 0.0), point(0.001, 0.001, 0.0));
-        let arc = Arc::new(start, end, offset(0.001, 0.0), (0, 1), true, 0.5);
+        let arc = Arc::new(start, end, offset(0.001, 0.0), (0, 1), true, 0.5).unwrap();
         assert_eq!(arc.collect::<Vec<_>>(), [end]);
+    }
+
+    #[test]
+    fn an_arc_that_cannot_be_drawn_is_refused() {
+        let (start, end) = (point(0.0, 0.0, 0.0), point(1.0, 1.0, 0.0));
+        let arc =
+            |plane, tolerance| Arc::new(start, end, offset(1.0, 0.0), plane, true, tolerance).err();
+        assert_eq!(arc((0, 2), 0.002), None);
+        for plane in [(0, 0), (0, 3), (usize::MAX, 1)] {
+            assert_eq!(arc(plane, 0.002), Some(ArcError::Plane), "{plane:?}");
+        }
+        for tolerance in [f32::NAN, f32::INFINITY, 0.0, -0.002, -f32::INFINITY] {
+            assert_eq!(
+                arc((0, 1), tolerance),
+                Some(ArcError::Tolerance),
+                "{tolerance}"
+            );
+        }
+    }
+
+    #[test]
+    fn an_arc_without_a_radius_is_one_chord_without_a_curve() {
+        let at = point(1.0, 2.0, 3.0);
+        let arc = Arc::new(at, at, offset(0.0, 0.0), (0, 1), true, 0.002).unwrap();
+        assert_eq!((arc.curve(10.0), arc.chords()), (None, 1));
+    }
+
+    /// The coordinates go to both ends of their range.
+    #[test]
+    fn the_largest_arc_ends() {
+        let [far, near] = [1e9, -1e9].map(|mm| point(mm, mm, mm));
+        let arc = Arc::new(far, near, offset(-2e9, 2e9), (0, 1), true, 1e-12).unwrap();
+        assert_eq!(arc.chords(), MOST_CHORDS);
+        assert_eq!(arc.last(), Some(near));
     }
 
     #[test]
     fn other_planes_and_other_axes_move_as_they_should() {
         // G18: from Z to X, with Y moving along.
         let (start, end) = (point(0.0, 1.0, 5.0), point(5.0, 3.0, 0.0));
-        let arc = Arc::new(start, end, offset(-5.0, 0.0), (2, 0), false, 0.002);
+        let arc = Arc::new(start, end, offset(-5.0, 0.0), (2, 0), false, 0.002).unwrap();
         let chords = f64::from(arc.chords());
         for (k, point) in arc.enumerate() {
             let [x, y, z] = mm(&point);
@@ -224,7 +304,7 @@ mod tests {
             let at = |angle: f64| point(x + radius * angle.cos(), y + radius * angle.sin(), 0.0);
             let turned = if clockwise { from - sweep } else { from + sweep };
             let (start, end) = (at(from), at(turned));
-            let arc = Arc::new(start, end, offset(-radius * from.cos(), -radius * from.sin()), (0, 1), clockwise, 0.002);
+            let arc = Arc::new(start, end, offset(-radius * from.cos(), -radius * from.sin()), (0, 1), clockwise, 0.002).unwrap();
             let allowed = 0.002 * (1.0 + 1.0 / f64::from(arc.chords())).powi(2) * 1.01 + radius * 1e-6;
             let mut before = mm(&start);
             let mut last = start;

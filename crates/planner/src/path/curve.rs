@@ -8,7 +8,7 @@ pub struct Curve {
     /// Radius, mm, above 0.
     pub radius: f32,
     /// The acceleration in every direction of its plane, mm/s²: the smaller acceleration of the
-    /// plane's two axes.
+    /// plane's two axes, above 0.
     pub acceleration: f32,
 }
 

@@ -18,7 +18,7 @@ use crate::path::short::Short;
 use crate::path::{When, Window};
 use crate::real::{min, sqrt};
 use crate::space::axis_limits::{AxisLimits, Course, Whereabouts};
-use crate::{Config, ConfigError, Coordinate, Kinematics, Move, Overrides};
+use crate::{Config, ConfigError, Coordinate, Kinematics, Move, MoveError, Overrides};
 use append::Backlog;
 use core::fmt;
 use leadscrew_stepper::{Line, LineError};
@@ -79,6 +79,8 @@ pub enum PushError {
     /// The target is beyond ±2³¹ steps, or the move has more than
     /// [`MAX_STEP_EVENTS`](leadscrew_stepper::MAX_STEP_EVENTS).
     TooFar,
+    /// [`Move::validate`] refuses it.
+    Invalid(MoveError),
 }
 
 impl fmt::Display for PushError {
@@ -86,6 +88,7 @@ impl fmt::Display for PushError {
         f.write_str(match self {
             Self::Full => "the planner's queue is full",
             Self::TooFar => "the target is too many steps away",
+            Self::Invalid(error) => return error.fmt(f),
         })
     }
 }
@@ -172,6 +175,7 @@ where
     /// # Errors
     /// [`PushError`]; nothing has changed then.
     pub fn push(&mut self, of: &Move<AXES>) -> Result<Pushed, PushError> {
+        of.validate().map_err(PushError::Invalid)?;
         if self.is_renewing() {
             self.renew();
         }

@@ -2,7 +2,7 @@
 
 use super::append::{cap, nominal};
 use super::Planner;
-use crate::{Kinematics, Overrides};
+use crate::{Kinematics, OverrideError, Overrides};
 
 impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
 where
@@ -17,9 +17,13 @@ where
     ///
     /// The running move follows at the next [`crate::Segmenter::next`], the others with
     /// [`Planner::renew`].
-    pub fn set_overrides(&mut self, overrides: Overrides) {
+    ///
+    /// # Errors
+    /// [`Overrides::validate`] refuses them; those in force stay.
+    pub fn set_overrides(&mut self, overrides: Overrides) -> Result<(), OverrideError> {
+        overrides.validate()?;
         if overrides == self.overrides {
-            return;
+            return Ok(());
         }
         self.overrides = overrides;
         let last = self.queue.last_planned();
@@ -27,6 +31,7 @@ where
         self.queue.begin_renewal();
         self.renew();
         self.revision = self.revision.wrapping_add(1);
+        Ok(())
     }
 
     /// Whether some queued moves still have limits of earlier overrides.

@@ -197,10 +197,12 @@ fn counts_of_a_second_motor_are_brought_to_those_of_the_first() {
 #[test]
 fn overrides_scale_their_own_kind_only_and_never_beyond_the_rate() {
     let mut planner = cartesian();
-    planner.set_overrides(Overrides {
-        feed: 200,
-        rapid: 25,
-    });
+    planner
+        .set_overrides(Overrides {
+            feed: 200,
+            rapid: 25,
+        })
+        .unwrap();
     let nominal = |feed: f32, kind| {
         let of = Move {
             kind,
@@ -272,12 +274,14 @@ fn an_override_that_is_taken_back_leaves_the_plan_as_it_was() {
     }
     planner.start_next();
     let before = planner.outlook(too_fast);
-    planner.set_overrides(Overrides {
-        feed: 10,
-        rapid: 100,
-    });
+    planner
+        .set_overrides(Overrides {
+            feed: 10,
+            rapid: 100,
+        })
+        .unwrap();
     assert!(planner.outlook(too_fast).exit < before.exit);
-    planner.set_overrides(Overrides::default());
+    planner.set_overrides(Overrides::default()).unwrap();
     assert_eq!(planner.outlook(too_fast).exit, before.exit);
     assert_ne!(planner.outlook(too_fast), before);
 }
@@ -315,7 +319,7 @@ fn counted(rig: &Rig<'_>) -> u64 {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(crate::reference::times(60))]
 
     /// The sum stays right, whatever moves are merged, joined and started.
     #[test]

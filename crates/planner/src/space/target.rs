@@ -39,9 +39,15 @@ impl Coordinate {
         (self.0 / nanos) as f32 + (self.0 % nanos) as f32 / nanos as f32
     }
 
-    /// Makes a coordinate from mm, exact to 10⁻⁹ mm or the resolution of `f32`; saturates beyond
+    /// Makes a coordinate from mm, exact to 10⁻⁹ mm or the resolution of `f32`. `None` if `mm` is
+    /// not a number, infinite, or beyond ±2·10⁹ mm.
+    pub fn from_mm(mm: f32) -> Option<Self> {
+        (mm.abs() <= 2e9).then(|| Self::near(mm))
+    }
+
+    /// As [`Coordinate::from_mm`] for lengths that are known to be numbers; saturates beyond
     /// ±2·10⁹ mm.
-    pub fn from_mm(mm: f32) -> Self {
+    pub(crate) fn near(mm: f32) -> Self {
         let whole = mm as i32;
         let rest = ((mm - whole as f32) * NANOS_PER_MM as f32) as i32;
         Self(i64::from(whole) * NANOS_PER_MM + i64::from(rest))
@@ -224,9 +230,13 @@ const HALF: u128 = 500_000_000_000_000_000;
 const GREATEST: u64 = (1 << 54) - 1;
 
 impl StepsPerMm {
-    /// Makes a scale from a number of 10⁻⁹ steps/mm; its sign is dropped. A scale of more than 18
-    /// million steps/mm is beyond every machine, and becomes the greatest one.
+    /// Makes a scale from a number of 10⁻⁹ steps/mm. No machine has 0 steps/mm or less: such a
+    /// scale is 0, and [`Config::validate`](crate::Config::validate) refuses it. More than 18
+    /// million steps/mm are beyond every machine, and become as many.
     pub const fn from_nanos(nanos: i64) -> Self {
+        if nanos < 0 {
+            return Self(0);
+        }
         let nanos = nanos.unsigned_abs();
         Self(if nanos > GREATEST { GREATEST } else { nanos })
     }
@@ -302,9 +312,9 @@ mod tests {
 
     #[test]
     fn crossed_belts_turn_by_sum_and_difference_and_back() {
-        let axes = [3.0, -1.0, 7.0].map(Coordinate::from_mm);
+        let axes = [3.0, -1.0, 7.0].map(Coordinate::near);
         let motors = CoreXy.motors(&axes);
-        assert_eq!(motors, [2.0, 4.0, 7.0].map(Coordinate::from_mm));
+        assert_eq!(motors, [2.0, 4.0, 7.0].map(Coordinate::near));
         assert_eq!(CoreXy.axes(&motors), axes);
         assert_eq!(CoreXy.axes_mm(&[2.0, 4.0, 7.0]), [3.0, -1.0, 7.0]);
     }
@@ -312,7 +322,7 @@ mod tests {
     #[test]
     fn a_second_motor_turns_with_its_axis_which_stands_where_the_first_one_does() {
         let ganged = Ganged { axis_of: [1] };
-        let [x, y, twin] = [3.0, -1.0, 7.0].map(Coordinate::from_mm);
+        let [x, y, twin] = [3.0, -1.0, 7.0].map(Coordinate::near);
         assert_eq!(ganged.motors(&[x, y]), [x, y, y]);
         assert_eq!(ganged.axes(&[x, y, twin]), [x, y]);
         let axis_of = |motor| Kinematics::<2, 3>::axis_of(&ganged, motor);
@@ -339,7 +349,7 @@ mod tests {
         let scale = StepsPerMm::from_nanos(NANOS_PER_MM);
         let far = Coordinate::from_nanos(i64::from(i32::MAX) * NANOS_PER_MM);
         assert_eq!(scale.steps(far), Some(i32::MAX));
-        assert_eq!(scale.steps(far + Coordinate::from_mm(1.0)), None);
+        assert_eq!(scale.steps(far + Coordinate::near(1.0)), None);
         let huge = StepsPerMm::from_nanos(i64::MAX);
         assert_eq!(huge.steps(Coordinate::from_nanos(i64::MIN)), None);
     }
@@ -362,10 +372,19 @@ mod tests {
     fn chords_keep_their_millimetres() {
         assert_eq!(
             Coordinate::from_mm(-12.5),
-            Coordinate::from_nanos(-12_500_000_000)
+            Some(Coordinate::from_nanos(-12_500_000_000))
         );
         assert_eq!(Coordinate::from_nanos(1_250_000_000).to_mm(), 1.25);
-        assert_eq!(Coordinate::from_mm(f32::NAN), Coordinate::ZERO);
+    }
+
+    #[test]
+    fn mm_that_are_no_place_are_no_coordinate() {
+        for mm in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 2.1e9, -1e30] {
+            assert_eq!(Coordinate::from_mm(mm), None, "{mm}");
+        }
+        let far = Coordinate::from_nanos(-2_000_000_000 * NANOS_PER_MM);
+        assert_eq!(Coordinate::from_mm(-2e9), Some(far));
+        assert_eq!(Coordinate::from_mm(-0.0), Some(Coordinate::ZERO));
     }
 
     /// The nearest coordinate, computed directly in 128-bit integers.

@@ -81,7 +81,7 @@ mod tests {
 
     /// Checks that two gearings map axes to motors, and back, alike.
     fn assert_alike<const MOTORS: usize>(one: Train, other: impl Kinematics<3, MOTORS>) {
-        let axes = [3.0, -1.25, 7.0].map(Coordinate::from_mm);
+        let axes = [3.0, -1.25, 7.0].map(Coordinate::near);
         let motors = one.motors(&axes);
         assert_eq!(motors, other.motors(&axes));
         assert_eq!(Kinematics::<3, MOTORS>::axes(&one, &motors), axes);
@@ -105,7 +105,7 @@ mod tests {
     #[test]
     fn an_axis_whose_motor_turns_with_another_stands_still() {
         let train = Train::Ganged(1);
-        let [x, y, z] = [3.0, -1.25, 7.0].map(Coordinate::from_mm);
+        let [x, y, z] = [3.0, -1.25, 7.0].map(Coordinate::near);
         let motors: [Coordinate; 4] = train.motors(&[x, y, z, Coordinate::ZERO]);
         assert_eq!(motors, [x, y, z, y]);
         let axes: [Coordinate; 4] = train.axes(&motors);

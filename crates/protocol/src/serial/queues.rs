@@ -24,11 +24,11 @@ pub struct Receiver<'a> {
 }
 
 impl Receiver<'_> {
-    /// Takes a received byte, and returns the realtime command if it is one. Serial interrupt;
-    /// bounded.
+    /// Takes a received byte. Serial interrupt; bounded.
     ///
-    /// The return value is for a board that wants to act at once; the inbox gets the command in any
-    /// case.
+    /// Returns the realtime command if the byte is one, for a board that wants to act at once; the
+    /// inbox gets the command in any case. Returns `None` for a byte of a line, and for a byte that
+    /// means nothing. Wake a main loop that sleeps, whatever is returned.
     #[inline]
     pub fn receive(&mut self, byte: u8) -> Option<Realtime> {
         match self.sorter.sort(byte) {

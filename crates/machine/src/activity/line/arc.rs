@@ -1,7 +1,7 @@
 //! An arc, fed to the planner chord by chord as room appears.
 
 use crate::interpreter::{ArcShape, Feed, Travel, Turn};
-use leadscrew_planner::{Arc, Coordinate, Curve};
+use leadscrew_planner::{Arc, ArcError, Coordinate, Curve};
 
 /// Chords planned in one poll: bounds its time.
 pub(crate) const CHORDS_A_POLL: usize = 4;
@@ -12,34 +12,34 @@ pub(crate) struct ArcFeed<const AXES: usize> {
     chords: Arc<AXES>,
     /// The end of the next chord, drawn but not planned yet.
     next: Option<[Coordinate; AXES]>,
-    /// The bounds of the speed on the arc.
-    pub(crate) curve: Curve,
+    /// The bounds of the speed on the arc; `None` on one without a radius, which is one chord.
+    pub(crate) curve: Option<Curve>,
 }
 
 impl<const AXES: usize> ArcFeed<AXES> {
     /// Makes the arc from `start`. `acceleration`: the lower limit of the two axes of its plane,
     /// mm/s². `tolerance`: in mm.
+    ///
+    /// # Errors
+    /// The machine has no such plane, or the tolerance is none: settings and builds have neither.
     pub(crate) fn new(
         start: [Coordinate; AXES],
         travel: &Travel<AXES>,
         shape: &ArcShape,
         acceleration: f32,
         tolerance: f32,
-    ) -> Self {
+    ) -> Result<Self, ArcError> {
         let plane = shape.plane.axes();
         let clockwise = shape.turn == Turn::Clockwise;
         let centre = shape.centre;
-        let mut chords = Arc::new(start, travel.target, centre, plane, clockwise, tolerance);
-        let curve = Curve {
-            radius: chords.radius(),
-            acceleration,
-        };
+        let mut chords = Arc::new(start, travel.target, centre, plane, clockwise, tolerance)?;
+        let curve = chords.curve(acceleration);
         let next = chords.next();
-        Self {
+        Ok(Self {
             chords,
             next,
             curve,
-        }
+        })
     }
 
     /// The end of the next chord; `None` once all are planned.

@@ -17,7 +17,7 @@ use crate::state::{Hold, Jog, State};
 use crate::tool::beam::{Beam, Wanted};
 use leadscrew_gcode::Number;
 use leadscrew_planner::{
-    self as planner, Coordinate, Kinematics, Move, MoveKind, MovePower, PushError, Pushed,
+    self as planner, ArcError, Coordinate, Kinematics, Move, MoveKind, MovePower, PushError, Pushed,
 };
 use leadscrew_stepper::OutputChange;
 
@@ -145,7 +145,9 @@ where
             return not_yet;
         }
         if matches!(self.activity.line.wait, Wait::Nothing) {
-            let arc = self.arc(travel, shape);
+            let Ok(arc) = self.arc(travel, shape) else {
+                return self.refuse_move();
+            };
             self.activity.line.wait = Wait::Arc(arc);
         }
         for _ in 0..CHORDS_A_POLL {
@@ -174,7 +176,7 @@ where
             target,
             feed: self.feed_beside_e(feed(travel.feed, arc.shares(travel.feed)), &target),
             power: self.move_power(&spindle),
-            curve: Some(arc.curve),
+            curve: arc.curve,
             rounding: self.program.interpreter.rounding(),
             outputs: self.outputs_of(LineKind::Program),
             line_number: self.line_of(travel, LineKind::Program),
@@ -195,7 +197,7 @@ where
         Some(Progress::Done)
     }
 
-    fn arc(&self, travel: &Travel<AXES>, shape: &ArcShape) -> ArcFeed<AXES> {
+    fn arc(&self, travel: &Travel<AXES>, shape: &ArcShape) -> Result<ArcFeed<AXES>, ArcError> {
         let config = self.motion.config();
         let (first, second) = shape.plane.axes();
         let of = |axis: usize| config.acceleration.get(axis).copied().unwrap_or(0.0);
@@ -247,7 +249,7 @@ where
                 self.motion.release();
                 Progress::Wait
             }
-            Err(PushError::TooFar) => self.refuse_move(),
+            Err(PushError::TooFar | PushError::Invalid(_)) => self.refuse_move(),
         }
     }
 

@@ -323,7 +323,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// long is made shorter by the cube of the ratio, as out of rest with limited jerk.
     fn cut(&self, whole: Part, longest: f32) -> Part {
         let (v0, v1, left) = (self.speed, whole.exit, whole.to.after(self.here));
-        let pieces = (whole.seconds / longest) as u32 + 1;
+        let pieces = ((whole.seconds / longest) as u32).saturating_add(1);
         let wanted = whole.seconds / pieces as f32;
         let gained = 0.25 * (v1 * v1 - v0 * v0) / left * wanted;
         let (mut way, mut part, mut shortened) = ((v0 + gained) * wanted, whole, false);

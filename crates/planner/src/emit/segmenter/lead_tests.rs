@@ -228,7 +228,7 @@ fn with_room_for_one_segment_motion_is_the_same_and_power_earlier_by_no_more_tha
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(crate::reference::times(60))]
 
     /// Each step comes at the same timer count with a lead and without one. With the lead the power
     /// at each time is the power that comes `lead` later without it; its change may be off by half
@@ -248,7 +248,7 @@ proptest! {
                 let power = MovePower::Constant { power: share(f64::from(*percent) / 100.0) };
                 rig.planner.push(&Move { power, ..to(*x, *x * 0.3, feed) }).unwrap();
             }
-            rig.planner.set_overrides(Overrides { feed: 70, rapid: 100 });
+            rig.planner.set_overrides(Overrides { feed: 70, rapid: 100 }).unwrap();
             let mut waiting = Waiting::new();
             let mut lead = PowerLead::new(&mut waiting);
             lead.set(lead_us, DEFAULT_TIMER_HZ);

@@ -80,20 +80,24 @@ fn a_raised_override_acts_on_the_running_move() {
         rig.step();
     }
     assert_eq!(rig.segmenter.speed(), 20.0);
-    rig.planner.set_overrides(Overrides {
-        feed: 200,
-        rapid: 100,
-    });
+    rig.planner
+        .set_overrides(Overrides {
+            feed: 200,
+            rapid: 100,
+        })
+        .unwrap();
     rig.step();
     assert!(rig.segmenter.speed() > 20.0);
     while rig.player.position[0] < 10_000 {
         rig.step();
     }
     assert_eq!(rig.segmenter.speed(), 40.0);
-    rig.planner.set_overrides(Overrides {
-        feed: 50,
-        rapid: 100,
-    });
+    rig.planner
+        .set_overrides(Overrides {
+            feed: 50,
+            rapid: 100,
+        })
+        .unwrap();
     while rig.player.position[0] < 15_000 {
         rig.step();
     }
@@ -172,7 +176,7 @@ fn check_profile(
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(200))]
+    #![proptest_config(crate::reference::times(200))]
 
     /// The exact model looks ahead without limit; so does the planner as long as the queue
     /// holds the whole job. The times agree to 0.1 %.
@@ -234,7 +238,7 @@ proptest! {
                 match event {
                     0 | 1 => rig.segmenter.hold(),
                     2 => rig.segmenter.resume(),
-                    feed => rig.planner.set_overrides(Overrides { feed: 40 * feed - 60, rapid: 100 }),
+                    feed => rig.planner.set_overrides(Overrides { feed: 40 * feed - 60, rapid: 100 }).unwrap(),
                 }
                 (wait, event) = events.next().unwrap_or((usize::MAX, 0));
             }

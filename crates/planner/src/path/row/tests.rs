@@ -106,7 +106,7 @@ fn another_feed_mode_direction_or_kind_is_a_move_of_its_own() {
             ..pixel(2.0, 100.0, 10)
         },
         Move {
-            target: [2.0, 0.5].map(crate::Coordinate::from_mm),
+            target: [2.0, 0.5].map(crate::Coordinate::near),
             ..pixel(2.0, 100.0, 10)
         },
     ] {
@@ -140,7 +140,7 @@ fn a_row_that_outgrows_any_curve_is_no_faster_than_the_board() {
 #[test]
 fn a_row_along_a_diagonal_is_one_move_and_one_step_beside_it_is_another() {
     let pixel = |x: i32, y: i32, power| Move {
-        target: [x, y].map(|steps| crate::Coordinate::from_mm(steps as f32 * 0.004)),
+        target: [x, y].map(|steps| crate::Coordinate::near(steps as f32 * 0.004)),
         ..pixel(0.0, 100.0, power)
     };
     let mut queue = RigQueue::new();
@@ -188,7 +188,7 @@ fn a_row_with_gaps_is_no_faster_than_the_rapid_override_allows() {
         feed: 100,
         rapid: 25,
     };
-    rig.planner.set_overrides(slower);
+    rig.planner.set_overrides(slower).unwrap();
     let mut fastest = 0.0f32;
     while rig.step().is_some() {
         fastest = fastest.max(rig.segmenter.speed());
@@ -256,7 +256,7 @@ fn program(parts: &[(u8, i32, u32)]) -> Vec<Move<2>> {
             _ => {}
         }
         at = [at[0] + way[0] * size, at[1] + way[1] * size];
-        let target = at.map(|steps| crate::Coordinate::from_mm(steps as f32 * 0.004));
+        let target = at.map(|steps| crate::Coordinate::near(steps as f32 * 0.004));
         let of = if *what == 3 {
             gap(0.0)
         } else {
@@ -299,10 +299,12 @@ fn burn_interrupted(
     let mut rig = Rig::new(config, &mut queue);
     for (k, next) in moves.iter().enumerate() {
         if k == moves.len() / 2 && hold.is_some() {
-            rig.planner.set_overrides(Overrides {
-                feed: percent,
-                rapid: 50,
-            });
+            rig.planner
+                .set_overrides(Overrides {
+                    feed: percent,
+                    rapid: 50,
+                })
+                .unwrap();
             while rig.planner.renew() {}
         }
         rig.planner.push(next).unwrap();
@@ -341,7 +343,7 @@ fn by_motor(powers: &[Burnt]) -> [Vec<Burnt>; 2] {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(200))]
+    #![proptest_config(crate::reference::times(200))]
 
     /// Whether rows are merged or not, interrupted or not: each step has the same power, and motion
     /// ends at the same place.
