@@ -4,9 +4,8 @@
 //! As a campaign: `PROPTEST_CASES=2000 cargo test --release -p leadscrew-planner cut_line --
 //! --nocapture`.
 
-use crate::path::short::STEPS;
 use crate::reference::{to, Rig, RigQueue};
-use crate::{Config, StepsPerMm, NANOS_PER_MM};
+use crate::{Config, Move, StepsPerMm, NANOS_PER_MM};
 use proptest::prelude::*;
 use proptest::test_runner::{TestCaseError, TestRng, TestRunner};
 use std::cell::Cell;
@@ -35,26 +34,35 @@ struct Line {
 }
 
 impl Line {
-    /// The time of the line in pieces, as a share of its time in one move.
-    fn share(&self) -> f64 {
-        let config = Config {
+    fn config(&self) -> Config<2> {
+        Config {
             max_rate: [self.rate; 2],
             acceleration: [self.acceleration; 2],
             steps_per_mm: [StepsPerMm::from_nanos(self.steps_per_mm * NANOS_PER_MM); 2],
             ..Config::default()
-        };
-        let at = |length: f64| {
-            let end = [length * self.angle.cos(), length * self.angle.sin()];
-            let [x, y] = end.map(|x| (x * 1e3).round() / 1e3);
-            to(x, y, self.feed)
-        };
+        }
+    }
+
+    /// The point `length` mm from the start, rounded to 3 decimals.
+    fn at(&self, length: f64) -> Move<2> {
+        let end = [length * self.angle.cos(), length * self.angle.sin()];
+        let [x, y] = end.map(|x| (x * 1e3).round() / 1e3);
+        to(x, y, self.feed)
+    }
+
+    fn pieces(&self) -> Vec<Move<2>> {
         let count = (LENGTH / PIECE) as u32;
-        let pieces: Vec<_> = (1..=count).map(|k| at(f64::from(k) * PIECE)).collect();
+        let ends = (1..=count).map(|k| self.at(f64::from(k) * PIECE));
+        ends.collect()
+    }
+
+    /// The time of the line in pieces, as a share of its time in one move.
+    fn share(&self) -> f64 {
         let mut queue = RigQueue::new();
-        let mut rig = Rig::new(config, &mut queue);
-        let cut = rig.run(&pieces);
+        let mut rig = Rig::new(self.config(), &mut queue);
+        let cut = rig.run(&self.pieces());
         assert_eq!(rig.segmenter.speed(), 0.0, "{self:?}");
-        cut / Rig::new(config, &mut RigQueue::new()).run(&[at(LENGTH)])
+        cut / Rig::new(self.config(), &mut RigQueue::new()).run(&[self.at(LENGTH)])
     }
 }
 
@@ -76,12 +84,21 @@ fn line() -> impl Strategy<Value = Line> {
 }
 
 impl Line {
-    /// Whether 1024 moves are enough to stop from the feed, even if a fifth of them are shorter
-    /// than they could be.
+    /// Whether the path that the queue holds is enough to stop from the feed, even if a fifth of it
+    /// is missing. At 800 steps/mm that path is shorter than 1024 moves of 32 steps: pieces are
+    /// joined while their centre is within a sixth of a step of one line, and their ends are
+    /// rounded to 0.4 steps. So it is measured.
     fn fits_the_queue(&self) -> bool {
-        let piece = (f64::from(STEPS) / self.steps_per_mm as f64).max(PIECE);
+        let mut queue = RigQueue::new();
+        let mut rig = Rig::new(self.config(), &mut queue);
+        let pieces = self.pieces();
+        let held = pieces.iter().take_while(|piece| {
+            let has_room = rig.planner.has_room();
+            has_room && rig.planner.push(piece).is_ok()
+        });
+        let held = held.count() as f64 * PIECE;
         let (feed, acceleration) = (f64::from(self.feed), f64::from(self.acceleration));
-        feed * feed <= 2.0 * acceleration * 0.8 * 1024.0 * piece
+        feed * feed <= 2.0 * acceleration * 0.8 * held
     }
 }
 

@@ -110,6 +110,60 @@ impl Edges {
     }
 }
 
+/// When each axis made each step (s), and the place after it.
+pub(crate) struct Steps<const MOTORS: usize> {
+    steps: [Vec<(f64, i32)>; MOTORS],
+    end: f64,
+}
+
+impl Steps<2> {
+    /// Plays all that is queued.
+    pub(crate) fn of(rig: &mut Rig<'_>) -> Self {
+        let hz = f64::from(rig.planner.config().timer_hz);
+        let mut steps = [Vec::new(), Vec::new()];
+        while let Some(segment) = rig.segmenter.next(&mut rig.planner) {
+            let mut position = rig.player.position;
+            for timed in rig.player.play(&segment) {
+                for (motor, steps) in steps.iter_mut().enumerate() {
+                    if timed.tick.step.contains(motor) {
+                        let back = timed.tick.direction.contains(motor);
+                        position[motor] += if back { -1 } else { 1 };
+                        steps.push((timed.at as f64 / hz, position[motor]));
+                    }
+                }
+            }
+        }
+        let end = rig.player.now as f64 / hz;
+        Self { steps, end }
+    }
+}
+
+impl<const MOTORS: usize> Steps<MOTORS> {
+    fn at(&self, axis: usize, time: f64) -> f64 {
+        let steps = &self.steps[axis];
+        let after = steps.partition_point(|(at, _)| *at <= time);
+        let last = after.checked_sub(1);
+        last.map_or(0.0, |last| f64::from(steps[last].1))
+    }
+}
+
+/// Windows of an axis: half their length, s, and the second difference less four steps. The program
+/// has no corner.
+pub(crate) fn second_differences<const MOTORS: usize>(
+    steps: &Steps<MOTORS>,
+    axis: usize,
+) -> impl Iterator<Item = (f64, f64)> + '_ {
+    WINDOWS.into_iter().flat_map(move |window| {
+        let h = window / 1000.0;
+        let count = ((steps.end - 2.0 * h) * 1000.0 / EVERY).max(0.0) as usize;
+        (0..count).map(move |k| {
+            let t = h + k as f64 * EVERY / 1000.0;
+            let x = |time| steps.at(axis, time);
+            (h, (x(t - h) - 2.0 * x(t) + x(t + h)).abs() - 4.0)
+        })
+    })
+}
+
 fn campaign(cases: u32, plant: impl Fn(&mut Config<2>)) -> Result<f64, String> {
     let config = ProptestConfig {
         cases,

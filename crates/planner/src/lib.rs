@@ -64,6 +64,8 @@ extern crate std;
 #[cfg(test)]
 mod borders_tests;
 #[cfg(test)]
+mod chords_tests;
+#[cfg(test)]
 mod corners_tests;
 #[cfg(test)]
 mod cut_line_tests;

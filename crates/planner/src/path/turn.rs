@@ -266,11 +266,8 @@ impl<const AXES: usize> Window<AXES> {
     }
 
     /// Whether the middle of the shorter piece is farther from the curve than `$11`: the sagitta is
-    /// `k·l²/8`. Never for chords of arcs, whose distance from the arc `$12` bounds.
+    /// `k·l²/8`. Chords of arcs do so where `$12` is above `$11`.
     fn strays(&self, bend: &[f32; AXES], number: u32, limits: &Limits<AXES>) -> bool {
-        if self.are_chords(number) {
-            return false;
-        }
         let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
         let shorter = min(before.length, after.length);
         let per_curvature = shorter * shorter * 0.125;
