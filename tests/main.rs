@@ -24,4 +24,5 @@ mod silence;
 mod step_rate;
 mod streams;
 mod tables;
+mod told;
 mod traces;

@@ -104,9 +104,15 @@ impl Spindle {
     }
 
     /// Stops until the next move or spindle command wants something; reports show `speed`
-    /// meanwhile, RPM.
+    /// meanwhile, RPM: a spindle's as long as nothing else happens, as in Grbl. A laser's tell that
+    /// it is dark.
     pub fn stand(&mut self, speed: f32) {
         self.stands_at = Some(speed);
+    }
+
+    /// Makes reports tell that it stands, if it does.
+    pub fn show_that_it_stands(&mut self) {
+        self.stands_at = self.stands_at.and(Some(0.0));
     }
 
     /// Whether it waits for the next move or spindle command.
@@ -177,7 +183,8 @@ impl Spindle {
     /// not `S`.
     pub fn reported_speed(&self, out: Power) -> f32 {
         match self.stands_at {
-            Some(speed) => speed,
+            Some(speed) if !self.laser => speed,
+            Some(_) => 0.0,
             None if !self.laser || out == self.power() => self.actual_speed(),
             None => self.scale.speed(out),
         }
@@ -262,7 +269,7 @@ mod tests {
             spindle.want(clockwise(1.0));
             assert_eq!(spindle.power(), Power::FULL, "$30={max} $31={min}");
             assert_eq!(spindle.accessory(), SpindleOutput::Clockwise);
-            assert_eq!(spindle.reported_speed(spindle.power()), max);
+            assert_eq!(spindle.reported_speed(spindle.power()), max.max(1.0));
             spindle.want(clockwise(0.0));
             assert_eq!(spindle.power(), Power::OFF, "$30={max} $31={min}");
         }

@@ -20,6 +20,9 @@ where
     pub(crate) fn enter(&mut self, state: State) {
         self.history.leaves(self.state);
         self.state = state;
+        if state != State::Idle {
+            self.tool.spindle.show_that_it_stands();
+        }
         self.set_gate();
         self.tell_extension(Event::Enters(state));
     }

@@ -38,12 +38,13 @@ impl SpindleScale {
         share((speed - self.min) / (self.max - self.min))
     }
 
-    /// Limits a speed, RPM: no less than `$31`, unless it is 0, and no more than `$30`.
+    /// Limits a speed, RPM: no less than `$31`, unless it is 0, and no more than `$30`. With `$30=0`
+    /// any speed is 1: it is full power, which reports must not show as off.
     pub fn within(&self, speed: f32) -> f32 {
         if speed <= 0.0 {
             0.0
         } else {
-            speed.max(self.min).min(self.max)
+            seen(speed.max(self.min).min(self.max))
         }
     }
 
@@ -52,8 +53,17 @@ impl SpindleScale {
         if power == Power::OFF {
             0.0
         } else {
-            self.min + (self.max - self.min) * power.share().to_num::<f32>()
+            seen(self.min + (self.max - self.min) * power.share().to_num::<f32>())
         }
+    }
+}
+
+/// A speed of an output that is on: 1 in place of 0.
+fn seen(speed: f32) -> f32 {
+    if speed > 0.0 {
+        speed
+    } else {
+        1.0
     }
 }
 
