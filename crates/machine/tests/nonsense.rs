@@ -50,24 +50,30 @@ fn parking(config: &mut Build) -> &mut ParkingConfig {
     config.options.parking.get_or_insert(ParkingConfig::GRBL)
 }
 
+fn is_distance(mm: f32) -> bool {
+    (0.0..=2e9).contains(&mm)
+}
+
+fn is_rate(rate: f32) -> bool {
+    rate > 0.0 && rate <= 2e9
+}
+
 #[test]
 fn a_number_of_a_build_is_in_its_range_or_refused_by_name() {
     type Field = (&'static str, fn(&mut Build, f32), fn(f32) -> bool);
-    let (distance, rate): (fn(f32) -> bool, fn(f32) -> bool) =
-        (|x| (0.0..=2e9).contains(&x), |x| x > 0.0 && x <= 2e9);
     let fields: [Field; 8] = [
-        ("squaring", |of, x| of.squaring.tolerance = x, distance),
-        ("squaring", |of, x| of.squaring.least_mm = x, distance),
-        ("squaring", |of, x| of.squaring.most_mm = x, distance),
-        ("back_off", |of, x| of.rules.back_off_mm = x, distance),
+        ("squaring", |of, x| of.squaring.tolerance = x, is_distance),
+        ("squaring", |of, x| of.squaring.least_mm = x, is_distance),
+        ("squaring", |of, x| of.squaring.most_mm = x, is_distance),
+        ("back_off", |of, x| of.rules.back_off_mm = x, is_distance),
         (
             "parking",
             |of, x| parking(of).target_mm = x,
             |x| x.abs() <= 2e9,
         ),
-        ("parking", |of, x| parking(of).rate = x, rate),
-        ("parking", |of, x| parking(of).pull_out_rate = x, rate),
-        ("parking", |of, x| parking(of).pull_out_mm = x, distance),
+        ("parking", |of, x| parking(of).rate = x, is_rate),
+        ("parking", |of, x| parking(of).pull_out_rate = x, is_rate),
+        ("parking", |of, x| parking(of).pull_out_mm = x, is_distance),
     ];
     for (name, set, allows) in fields {
         for value in FLOATS {

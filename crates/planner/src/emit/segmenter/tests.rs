@@ -147,7 +147,7 @@ fn the_slowest_step_is_waited_for_in_eight_ticks() {
     slow.steps_per_mm = [crate::StepsPerMm::from_nanos(200_000_000); 2]; // one step in 5 mm
     let mut queue = RigQueue::new();
     let mut rig = Rig::new(slow, &mut queue);
-    let seconds = rig.run(&[to(50.0, 0.0, 0.0)]);
+    let seconds = rig.run(&[to(50.0, 0.0, 1e-3)]);
     // Grbl's slowest feed, 1 mm/min.
     assert!((seconds / 3000.0 - 1.0).abs() < 1e-3, "{seconds}");
 }
