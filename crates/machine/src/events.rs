@@ -1,6 +1,7 @@
 //! Realtime commands and switches, which cannot wait for a line.
 
 use crate::board::{Board, ChannelId, CoolantOutput, Duration, Instant};
+use crate::config::CHANNELS;
 use crate::console::Discard;
 use crate::extension::Extension;
 use crate::interpreter::Coolant;
@@ -12,8 +13,9 @@ use crate::protocol::serial::Request;
 use crate::state::{Door, Hold, Jog, State};
 use leadscrew_planner::Kinematics;
 
-/// Realtime commands handled in one poll: bounds its time.
+/// Realtime commands handled in one poll: bounds its time. Each channel has its share: at least one.
 const REQUESTS_A_POLL: usize = 8;
+const _: () = assert!(REQUESTS_A_POLL >= CHANNELS);
 
 /// A resume within 2 ms after a hold in motion was sent in one burst with it. It is ignored.
 const BURST: Duration = Duration::from_ticks(2_000);

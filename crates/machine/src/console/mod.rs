@@ -59,6 +59,8 @@ pub(crate) struct Console<'a> {
     channels: Vec<Channel<'a>, CHANNELS>,
     /// The channel that is looked at first for the next line.
     turn: usize,
+    /// The channel that is looked at first for the next realtime command.
+    next_to_ask: usize,
     /// Which reports have `WCO:` and `Ov:`.
     pub(crate) cadence: Cadence,
     /// The time to finish, while it is added up for a report that was asked for.
@@ -85,6 +87,7 @@ impl<'a> Console<'a> {
         Self {
             channels: channels.collect(),
             turn: 0,
+            next_to_ask: 0,
             cadence: Cadence::new(),
             time_left: None,
             last_fault: None,
@@ -169,12 +172,17 @@ impl<'a> Console<'a> {
             .any(|channel| channel.listing.is_some())
     }
 
-    /// Takes the next realtime command of any channel.
+    /// Takes the next realtime command, from one channel after the other: a channel that floods the
+    /// machine with them keeps no other one waiting.
     pub(crate) fn next_request(&mut self) -> Option<(ChannelId, Request)> {
-        self.channels().find_map(|(id, channel)| {
+        let count = self.channels.len();
+        (0..count).find_map(|offset| {
+            let index = (self.next_to_ask + offset) % count;
+            let channel = self.channels.get_mut(index)?;
             let request = channel.inbox.next_realtime()?;
             channel.heard = true;
-            Some((id, request))
+            self.next_to_ask = index + 1;
+            Some((ChannelId(index as u8), request)) // CHANNELS at most
         })
     }
 
