@@ -20,6 +20,8 @@ mod outlines;
 mod pins;
 mod position;
 mod prompt;
+mod realtime;
+mod resets;
 mod shape;
 mod silence;
 mod step_rate;

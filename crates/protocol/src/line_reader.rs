@@ -24,6 +24,8 @@ enum Skip {
     Parentheses,
     /// Up to the end of the line: behind a `;`, or because the line is too long already.
     Rest,
+    /// Up to the end of the line, of which the begin was dropped: it is no line.
+    Torn,
 }
 
 /// For each byte, the byte that it becomes outside comments; 0 for one that is dropped or takes a
@@ -55,7 +57,7 @@ impl Skip {
             (Self::Nothing, b'(') => Self::Parentheses,
             (Self::Nothing, b';') => Self::Rest,
             (Self::Parentheses, b')') => Self::Nothing,
-            (Self::Nothing | Self::Parentheses | Self::Rest, _) => self,
+            (Self::Nothing | Self::Parentheses | Self::Rest | Self::Torn, _) => self,
         }
     }
 }
@@ -140,11 +142,26 @@ impl<const CAPACITY: usize> LineReader<CAPACITY> {
         self.length() == 0
     }
 
+    /// Returns whether a part of a line has come, comments count.
+    pub(crate) fn has_begun(&self) -> bool {
+        !self.is_empty() || self.skip != Skip::Nothing || self.has_comment
+    }
+
     /// Forgets the line, to begin the next: after it has been answered, and at a reset.
     pub fn clear(&mut self) {
         self.next = 0;
         self.skip = Skip::Nothing;
         self.too_long = false;
+        self.has_comment = false;
+    }
+
+    /// Forgets the line under way and the rest of it that is still to come: nobody is to carry out
+    /// a line from its middle. After a reset that was not its sender's.
+    pub fn tear(&mut self) {
+        self.clear();
+        self.kept = 0;
+        self.next = NOWHERE;
+        self.skip = Skip::Torn;
     }
 
     /// Returns the comment of the line that was completed last, as far as there is room for it:
@@ -163,20 +180,24 @@ impl<const CAPACITY: usize> LineReader<CAPACITY> {
             (Skip::Parentheses | Skip::Rest, b' '..=b'~') if !self.too_long => {
                 let _full = self.comment.push(byte);
             }
-            (Skip::Parentheses | Skip::Rest, _) => {}
+            (Skip::Parentheses | Skip::Rest | Skip::Torn, _) => {}
         }
     }
 
     fn length(&self) -> usize {
         match self.skip {
             Skip::Nothing => self.next,
-            Skip::Parentheses | Skip::Rest => self.kept,
+            Skip::Parentheses | Skip::Rest | Skip::Torn => self.kept,
         }
     }
 
     #[cold]
     fn pass_over(&mut self, byte: u8) -> bool {
         if is_line_end(byte) {
+            if self.skip == Skip::Torn {
+                self.clear();
+                return false;
+            }
             if !core::mem::take(&mut self.has_comment) {
                 self.comment.clear();
             }
@@ -193,7 +214,7 @@ impl<const CAPACITY: usize> LineReader<CAPACITY> {
         };
         self.next = match self.skip {
             Skip::Nothing => self.kept,
-            Skip::Parentheses | Skip::Rest => NOWHERE,
+            Skip::Parentheses | Skip::Rest | Skip::Torn => NOWHERE,
         };
         false
     }
@@ -222,7 +243,7 @@ pub fn raw_column(raw: &[u8], column: usize) -> usize {
     raw.len()
 }
 
-const fn is_line_end(byte: u8) -> bool {
+pub(crate) const fn is_line_end(byte: u8) -> bool {
     matches!(byte, b'\r' | b'\n')
 }
 
@@ -319,6 +340,21 @@ mod tests {
         assert!(reader.is_empty());
         reader.push(b'x');
         assert_eq!(reader.line(), Ok(b"X".as_slice()));
+    }
+
+    #[test]
+    fn of_a_torn_line_nothing_is_left_and_the_next_is_whole() {
+        for rest in ["", "X1(", "(X1)F5 ;", &"X".repeat(200)] {
+            let mut reader = LineReader::<8>::new(8);
+            reader.push(b'G');
+            reader.tear();
+            assert!(reader.has_begun());
+            for byte in rest.bytes().chain(*b"\n") {
+                assert!(!reader.push(byte) && reader.is_empty(), "{rest}");
+            }
+            assert!(b"G0\n".iter().any(|byte| reader.push(*byte)));
+            assert_eq!(reader.line(), Ok(b"G0".as_slice()));
+        }
     }
 
     #[test]

@@ -288,18 +288,23 @@ impl<'a> Console<'a> {
     }
 
     /// Forgets lines begun, lists begun, and received bytes as far as `discard` says. After a
-    /// reset.
+    /// reset. Behind its own 0x18 a channel begins a new line; behind any other reset it ends the
+    /// line that it has begun.
     pub(crate) fn discard(&mut self, discard: Discard) {
         if discard == Discard::Nothing {
             return;
         }
         for (id, channel) in self.channels() {
-            channel.inbox.reader.clear();
-            channel.complete = false;
+            if core::mem::take(&mut channel.complete) {
+                channel.inbox.reader.clear();
+            }
             channel.listing = None;
             channel.blocked = false;
             match discard {
-                Discard::Before(source, mark) if source == id => channel.inbox.drop_before(mark),
+                Discard::Before(source, mark) if source == id => {
+                    channel.inbox.reader.clear();
+                    channel.inbox.drop_before(mark);
+                }
                 Discard::Before(..) | Discard::All => channel.inbox.drop_all(),
                 Discard::Nothing => {}
             }

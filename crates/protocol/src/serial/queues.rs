@@ -5,7 +5,7 @@
 
 use super::late::Taken;
 use super::{Mark, Request, Shared, LINE};
-use crate::line_reader::LineReader;
+use crate::line_reader::{is_line_end, LineReader};
 use crate::realtime::{Byte, Realtime, Sorter};
 use core::fmt;
 use core::sync::atomic::{fence, AtomicU32, Ordering};
@@ -231,10 +231,16 @@ impl Inbox<'_> {
         mark.0.wrapping_sub(self.taken) <= u32::MAX / 2
     }
 
-    /// Drops all unread bytes. Main loop; bounded by the size of the queue.
+    /// Drops all unread bytes, and what the reader has of a line. The rest of a line of which only
+    /// the begin has come is no line. Main loop; bounded by the size of the queue.
     pub fn drop_all(&mut self) {
+        let mut torn = self.reader.has_begun();
         for _ in 0..self.bytes.len() {
-            self.take();
+            torn = self.take().map_or(torn, |byte| !is_line_end(byte));
+        }
+        self.reader.clear();
+        if torn {
+            self.reader.tear();
         }
     }
 
