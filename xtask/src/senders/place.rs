@@ -121,7 +121,22 @@ impl Place {
         }
         print!("{}", String::from_utf8_lossy(&output.stdout));
         eprint!("{}", String::from_utf8_lossy(&output.stderr));
+        self.keep_log(&log, &text)?;
         Err(Failure::finding(format!("{title}: {}", faults.join("; "))))
+    }
+
+    /// Keeps the wire log of a run that has failed, which the next run would overwrite, and prints
+    /// its end.
+    fn keep_log(&self, log: &Path, text: &str) -> Result<(), Failure> {
+        const ROWS: usize = 60;
+        let kept = self.installed.join("failed.log");
+        fs::rename(log, &kept).map_err(Failure::file(&kept))?;
+        println!("the last rows of {}:", kept.display());
+        let rows = text.lines().count();
+        for row in text.lines().skip(rows.saturating_sub(ROWS)) {
+            println!("{row}");
+        }
+        Ok(())
     }
 
     fn serve(&self, run: &Run) -> Result<Served, Failure> {
