@@ -131,6 +131,10 @@ pub(crate) struct Limits<const AXES: usize> {
     pub(crate) per_weakest: f32,
     /// Half a step, mm: how far rounding to steps may have moved a point.
     pub(crate) half_step: [f32; AXES],
+    /// The axis with the coarsest steps.
+    pub(crate) coarsest: usize,
+    /// Whether an axis has coarse steps beside another one (see `coarse`).
+    pub(crate) is_uneven: bool,
     /// Highest step rate of a motor, steps/s.
     pub(crate) step_rate: f32,
     /// Junction deviation, mm.
@@ -145,6 +149,11 @@ impl<const AXES: usize> Limits<AXES> {
     pub(crate) fn new(config: &Config<AXES>) -> Self {
         let acceleration = config.acceleration.map(|a| a * MARGIN);
         let per_acceleration = acceleration.map(|a| 1.0 / a);
+        let half_step = config.steps_per_mm.map(|scale| 0.5 / scale.to_f32());
+        let coarsest = |one: usize, other: usize| match half_step[other] > half_step[one] {
+            true => other,
+            false => one,
+        };
         Self {
             acceleration,
             per_weakest: per_acceleration
@@ -152,7 +161,9 @@ impl<const AXES: usize> Limits<AXES> {
                 .fold(0.0, |weakest, k| max(weakest, *k)),
             per_acceleration,
             short2: short2(config),
-            half_step: config.steps_per_mm.map(|scale| 0.5 / scale.to_f32()),
+            coarsest: (0..AXES).fold(0, coarsest),
+            is_uneven: Self::are_uneven(&half_step),
+            half_step,
             per_rate: config.max_rate.map(|rate| 1.0 / (rate * MARGIN)),
             step_rate: config.timer_hz as f32 / config.shortest_tick.0.max(1) as f32,
             deviation: config.junction_deviation,

@@ -66,6 +66,8 @@ mod borders_tests;
 #[cfg(test)]
 mod chords_tests;
 #[cfg(test)]
+mod coarse_tests;
+#[cfg(test)]
 mod corners_tests;
 #[cfg(test)]
 mod cut_line_tests;

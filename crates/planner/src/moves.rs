@@ -156,6 +156,9 @@ pub(crate) struct PlannedMove<const AXES: usize, const MOTORS: usize> {
     /// How many pixels of the pool belong to this move. A pixel is a change of power within a move.
     pub(crate) pixels: u16,
     pub(crate) kind: MoveKind,
+    /// The share of the coarsest axis in the direction, in 1/127, if its steps are too coarse to
+    /// tell (see `coarse`); 0: the steps tell the direction.
+    pub(crate) coarse: i8,
     /// Whether some of the move's pixels are rapids. Then the rapid override bounds the move's
     /// speed, too.
     pub(crate) has_gaps: bool,
@@ -196,6 +199,7 @@ impl<const AXES: usize, const MOTORS: usize> PlannedMove<AXES, MOTORS> {
             outputs: of.outputs,
             pixels: 0,
             kind: of.kind,
+            coarse: 0,
             has_gaps: false,
             bound_by_end: true,
         }

@@ -73,6 +73,11 @@ impl<const AXES: usize> Joined<AXES> {
         self
     }
 
+    /// From the start of the first piece to the end of the last one, mm.
+    pub(crate) const fn way(&self) -> [f32; AXES] {
+        self.way
+    }
+
     /// Whether the pieces may be one move: their centre is near the line, or they are jagged.
     /// `near2` is the square of the distance that counts as near, mm².
     pub(super) fn are_near(&self, near2: f32) -> bool {

@@ -5,7 +5,7 @@
 //! date.
 
 use super::Planner;
-use crate::config::{SpeedUnit, PIXELS_A_SECOND, SLOWEST};
+use crate::config::{Limits, SpeedUnit, PIXELS_A_SECOND, SLOWEST};
 use crate::moves::PlannedMove;
 use crate::path::junction::junction_v2;
 use crate::path::row::{is_gap, is_short, Row};
@@ -83,16 +83,23 @@ where
     K: Kinematics<AXES, MOTORS>,
 {
     /// Finds length and limits of the planned move for `of`, which has `events` steps of the
-    /// dominant motor. Returns its direction.
+    /// dominant motor. Returns its direction. `exact`: the way that was asked for, mm, if the axes
+    /// are uneven.
     pub(super) fn plan(
         &self,
         planned: &mut PlannedMove<AXES, MOTORS>,
         of: &Move<AXES>,
         events: u32,
+        exact: Option<[f32; AXES]>,
     ) -> [f32; AXES] {
-        let axes_mm = self.axes_mm(planned.delta);
+        let mut axes_mm = self.axes_mm(planned.delta);
+        let exact = exact.filter(|_| self.limits.is_uneven);
+        let is_coarse = exact.is_some_and(|exact| self.limits.straighten(&mut axes_mm, &exact));
         let length = sqrt(norm2(&axes_mm));
         let direction = axes_mm.map(|mm| mm / length);
+        if is_coarse {
+            planned.coarse = Limits::<AXES>::share(direction[self.limits.coarsest]);
+        }
         planned.length = length;
         planned.acceleration = 1.0 / worst(&direction, &self.limits.per_acceleration);
         planned.rate = self.rate(length, events, &direction);
@@ -185,6 +192,9 @@ where
         let (row, pixel) = self.row.as_ref()?.extended(of, delta)?;
         let (last, planned) = self.queue.last_waiting()?;
         let shorter = *last;
+        if shorter.coarse != 0 {
+            return None;
+        }
         let longer = PlannedMove {
             delta: row.delta(),
             length: sqrt(norm2(&self.axes_mm(row.delta()))),
@@ -198,7 +208,7 @@ where
         if is_gap(of) && (slower || !is_short(gap, nominal, longer.acceleration)) {
             return None;
         }
-        let is_short = self.is_short(longer.length * longer.length);
+        let is_short = self.is_short(&longer);
         if let Some(window) = self.window.as_mut().filter(|window| window.goes_on()) {
             window.lengthen_last(is_short, &of.target);
         }
@@ -223,15 +233,16 @@ where
         if self.join(of, &delta).is_some() {
             return;
         }
-        let mut planned = PlannedMove::new(of, delta);
-        let direction = self.plan(&mut planned, of, events);
-        let is_short = self.is_short(planned.length * planned.length);
         let begins = self.window.as_ref().is_some_and(|window| !window.goes_on());
         let start = begins.then(|| self.axes_at(&self.position));
+        if let Some((window, start)) = self.window.as_mut().zip(start) {
+            window.begin(&start);
+        }
+        let mut planned = PlannedMove::new(of, delta);
+        let exact = self.window.as_ref().map(|window| window.way_on(&of.target));
+        let direction = self.plan(&mut planned, of, events, exact);
+        let is_short = self.is_short(&planned);
         if let Some(window) = &mut self.window {
-            if let Some(start) = start {
-                window.begin(&start);
-            }
             let piece = piece(&planned, direction, of);
             window.push(&piece, is_short, of.curve.is_some(), &of.target);
         }
@@ -249,7 +260,7 @@ where
     /// Queues a move by Grbl's rule: the speed at a corner is known once the move after it is.
     fn append_by_corners(&mut self, of: &Move<AXES>, delta: [i32; MOTORS], events: u32) {
         let mut planned = PlannedMove::new(of, delta);
-        let direction = self.plan(&mut planned, of, events);
+        let direction = self.plan(&mut planned, of, events, None);
         let v2 = self
             .last
             .map_or(0.0, |before| junction_v2(&before, &direction, &self.limits));
@@ -265,15 +276,17 @@ where
         let short = self.short.as_ref()?;
         let (last, is_planned) = self.queue.last_waiting()?;
         let fits = !is_planned && last.goes_on_with(of) && of.curve.is_none();
-        let more2 = norm2(&self.axes_mm(*delta));
-        if !fits || !self.is_short(last.length * last.length) || !self.is_short(more2) {
+        let more = self.axes_mm(*delta);
+        let short2 = self.limits.short2(&more);
+        if !fits || !self.is_short(last) || norm2(&more) >= short2 {
             return None;
         }
         let way = self.window.as_ref()?.way_on(&of.target);
-        let joined = short.joined(delta, &way, self.limits.short2)?;
+        let joined = short.joined(delta, &way, short2)?;
         let mut planned = PlannedMove::new(of, joined.delta());
-        let direction = self.plan(&mut planned, of, joined.events());
-        let is_short = self.is_short(planned.length * planned.length);
+        let exact = Some(joined.pieces.way());
+        let direction = self.plan(&mut planned, of, joined.events(), exact);
+        let is_short = self.is_short(&planned);
         let piece = piece(&planned, direction, of);
         let window = self.window.as_mut()?;
         window.join_last(&piece, is_short, joined.pieces.is_bent, &of.target);
@@ -292,10 +305,10 @@ where
         self.short = window.map(|window| Short::new(delta, window.last_way()));
     }
 
-    /// Whether a move has too few steps to give a direction. `length2` is the square of its length,
-    /// mm².
-    fn is_short(&self, length2: f32) -> bool {
-        length2 < self.limits.short2
+    /// Whether a move has too few steps to give a direction.
+    fn is_short(&self, planned: &PlannedMove<AXES, MOTORS>) -> bool {
+        let short2 = self.limits.short2(&self.axes_mm(planned.delta));
+        planned.length * planned.length < short2
     }
 
     /// Notes the last queued move, so that further moves can be merged into it.

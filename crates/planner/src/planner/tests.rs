@@ -111,7 +111,7 @@ fn planned(
     delta: [i32; 2],
 ) -> PlannedMove<2, 2> {
     let mut planned = PlannedMove::new(of, delta);
-    planner.plan(&mut planned, of, delta[0].max(delta[1]) as u32);
+    planner.plan(&mut planned, of, delta[0].max(delta[1]) as u32, None);
     planned
 }
 

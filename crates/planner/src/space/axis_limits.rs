@@ -91,6 +91,9 @@ where
         for (tangent, per_acceleration) in tangent.iter_mut().zip(&self.limits.per_acceleration) {
             *tangent *= per_length * per_acceleration;
         }
+        if planned.coarse != 0 {
+            self.limits.put_share(planned.coarse, &mut tangent);
+        }
         Piece { tangent, length }
     }
 

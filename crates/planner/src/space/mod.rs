@@ -2,6 +2,7 @@
 //! polygons.
 
 pub(crate) mod axis_limits;
+mod coarse;
 pub(crate) mod polygon;
 pub(crate) mod target;
 pub(crate) mod train;
