@@ -84,8 +84,8 @@ fn line() -> impl Strategy<Value = Line> {
 }
 
 impl Line {
-    /// Whether the path that the queue holds is enough to stop from the feed, even if a fifth of it
-    /// is missing. At 800 steps/mm that path is shorter than 1024 moves of 32 steps: pieces are
+    /// Whether the path that the queue holds is enough to stop from the feed, even if three
+    /// tenths of it are missing. At 800 steps/mm that path is shorter than 1024 moves of 32 steps: pieces are
     /// joined while their centre is within a sixth of a step of one line, and their ends are
     /// rounded to 0.4 steps. So it is measured.
     fn fits_the_queue(&self) -> bool {
@@ -98,7 +98,7 @@ impl Line {
         });
         let held = held.count() as f64 * PIECE;
         let (feed, acceleration) = (f64::from(self.feed), f64::from(self.acceleration));
-        feed * feed <= 2.0 * acceleration * 0.8 * held
+        feed * feed <= 2.0 * acceleration * 0.7 * held
     }
 }
 
