@@ -10,7 +10,7 @@ use super::cycle::kind::CycleKind;
 use super::modal_state::{
     Distance, FeedMode, Motion, Plane, ProbeKind, Retract, Rotation, Turn, Units, WorkSystem,
 };
-use super::takers::{AxisCommand, Flow, NonModal};
+use super::takers::{AxisCommand, Flow, NonModal, ToolLength};
 use crate::own::MCode;
 use crate::{Dialect, Status};
 use leadscrew_gcode::{Letter, Number};
@@ -40,8 +40,7 @@ pub(super) enum GWord {
     Units(Units),
     /// G40, the only mode there is.
     CutterCompensation,
-    /// G43.1, G49: their effect depends on the axis words.
-    ToolLength,
+    ToolLength(ToolLength),
     System(WorkSystem),
     /// G61, the only mode there is.
     PathControl,
@@ -59,7 +58,7 @@ impl GWord {
             Self::Retract(_) => Group::Retract,
             Self::Units(_) => Group::Units,
             Self::CutterCompensation => Group::CutterCompensation,
-            Self::ToolLength => Group::ToolLength,
+            Self::ToolLength(_) => Group::ToolLength,
             Self::System(_) => Group::System,
             Self::PathControl => Group::PathControl,
         }
@@ -159,8 +158,8 @@ impl Code {
             28 => GWord::NonModal(NonModal::GoTo(OffsetId::G28)),
             30 => GWord::NonModal(NonModal::GoTo(OffsetId::G30)),
             40 => GWord::CutterCompensation,
-            49 => GWord::ToolLength,
-            43 if dialect.tools => GWord::ToolLength,
+            49 => GWord::ToolLength(ToolLength::Cancel),
+            43 if dialect.tools => GWord::ToolLength(ToolLength::FromTable),
             53 => GWord::NonModal(NonModal::MachineCoordinates),
             54 => GWord::System(WorkSystem::G54),
             55 => GWord::System(WorkSystem::G55),
@@ -198,7 +197,8 @@ impl Code {
             (38, 30) => probe(true, false),
             (38, 40) => probe(false, true),
             (38, 50) => probe(false, false),
-            (43, 10) | (49, _) => GWord::ToolLength,
+            (43, 10) => GWord::ToolLength(ToolLength::FromWord),
+            (49, _) => GWord::ToolLength(ToolLength::Cancel),
             (91, 10) => GWord::ArcDistance,
             (92, 10) => GWord::NonModal(NonModal::ClearG92),
             _ => return Err(self.not_whole(dialect)),
@@ -311,7 +311,7 @@ pub(super) enum Group {
     Units,
     /// G40.
     CutterCompensation,
-    /// G43.1, G49.
+    /// G43, G43.1, G49.
     ToolLength,
     /// G54 to G59.
     System,

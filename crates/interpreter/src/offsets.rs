@@ -7,7 +7,6 @@
 use super::command::OffsetId;
 use super::modal_state::WorkSystem;
 use super::Coordinate;
-use core::array::from_fn;
 
 /// The axis along which the tool points: Z.
 pub(super) const TOOL_AXIS: usize = 2;
@@ -57,11 +56,7 @@ impl<const AXES: usize> Offsets<AXES> {
 
     /// Returns the sum of all offsets in force while `system` is selected: `WCO` of reports.
     pub fn work_offset(&self, system: WorkSystem) -> [Coordinate; AXES] {
-        let mut sum = self.without_g92(system);
-        for (sum, g92) in sum.iter_mut().zip(&self.g92) {
-            *sum = *sum + *g92;
-        }
-        sum
+        self.work_offset_with(system, None)
     }
 
     /// The sum of [`Self::work_offset`], but with this `tool_length`, if one is given.
@@ -70,32 +65,39 @@ impl<const AXES: usize> Offsets<AXES> {
         system: WorkSystem,
         tool_length: Option<Coordinate>,
     ) -> [Coordinate; AXES] {
-        let mut sum = self.work_offset(system);
-        if let (Some(sum), Some(length)) = (sum.get_mut(TOOL_AXIS), tool_length) {
-            *sum = *sum - self.tool_length + length;
+        let mut sum = self.without_g92(system, tool_length);
+        for (sum, g92) in sum.iter_mut().zip(&self.g92) {
+            *sum = *sum + *g92;
         }
         sum
     }
 
-    /// Returns the sum of all offsets in force except G92.
-    pub(super) fn without_g92(&self, system: WorkSystem) -> [Coordinate; AXES] {
-        let mut sum = *self.system(system);
+    /// Returns the sum of all offsets in force except G92, with this `tool_length`, if one is
+    /// given.
+    pub(super) fn without_g92(
+        &self,
+        system: WorkSystem,
+        tool_length: Option<Coordinate>,
+    ) -> [Coordinate; AXES] {
+        self.with_tool(*self.system(system), tool_length)
+    }
+
+    /// Returns the sum of all offsets in force except the origin of the work coordinate system,
+    /// with this `tool_length`, if one is given.
+    pub(super) fn without_system(&self, tool_length: Option<Coordinate>) -> [Coordinate; AXES] {
+        self.with_tool(self.g92, tool_length)
+    }
+
+    /// Adds the tool length: this one, or the one in force.
+    fn with_tool(
+        &self,
+        mut sum: [Coordinate; AXES],
+        tool_length: Option<Coordinate>,
+    ) -> [Coordinate; AXES] {
         if let Some(sum) = sum.get_mut(TOOL_AXIS) {
-            *sum = *sum + self.tool_length;
+            *sum = *sum + tool_length.unwrap_or(self.tool_length);
         }
         sum
-    }
-
-    /// Returns the sum of all offsets in force except the origin of the work coordinate system.
-    pub(super) fn without_system(&self) -> [Coordinate; AXES] {
-        from_fn(|axis| {
-            let g92 = self.g92.get(axis).copied().unwrap_or_default();
-            if axis == TOOL_AXIS {
-                g92 + self.tool_length
-            } else {
-                g92
-            }
-        })
     }
 
     pub(super) fn set(&mut self, id: OffsetId, value: [Coordinate; AXES]) {

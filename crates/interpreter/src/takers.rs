@@ -1,6 +1,7 @@
 //! Commands that take the words of a line.
 
 use super::command::OffsetId;
+use crate::Status;
 
 /// The command that takes the axis words of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -13,8 +14,36 @@ pub(super) enum AxisCommand {
     NonModal,
     /// G43.1.
     SetToolLength,
-    /// G49, which ignores the axis words.
+    /// G49, which ignores axis words that are nobody else's.
     CancelToolLength,
+}
+
+impl AxisCommand {
+    /// The command that takes the axis words of a line that has both.
+    ///
+    /// # Errors
+    /// [`Status::AxisWordConflict`] if both take them.
+    pub(super) const fn and(self, next: Self) -> Result<Self, Status> {
+        match (self, next) {
+            (Self::None, command)
+            | (Self::CancelToolLength, command @ (Self::Motion | Self::NonModal))
+            | (command @ (Self::Motion | Self::NonModal), Self::CancelToolLength) => Ok(command),
+            _ => Err(Status::AxisWordConflict),
+        }
+    }
+}
+
+/// The change of the tool length by a line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ToolLength {
+    /// There is none.
+    Keep,
+    /// G43: the length of a tool in the table.
+    FromTable,
+    /// G43.1: the Z word.
+    FromWord,
+    /// G49.
+    Cancel,
 }
 
 /// A command that leaves no mode behind.

@@ -8,7 +8,7 @@ use super::code::{Code, GWord, Group, Groups, Letters, MWord};
 use super::context::Context;
 use super::fault::Fault;
 use super::modal_state::{Coolant, ModalState, Motion};
-use super::takers::{AxisCommand, Flow, NonModal};
+use super::takers::{AxisCommand, Flow, NonModal, ToolLength};
 use crate::own::Words;
 use crate::{Dialect, Status};
 use leadscrew_gcode::{words, Letter, Number, Word};
@@ -27,6 +27,8 @@ pub(super) struct Block<const AXES: usize> {
     pub(super) axis_command: AxisCommand,
     /// The non-modal command.
     pub(super) non_modal: NonModal,
+    /// The change of the tool length.
+    pub(super) tool_length: ToolLength,
     /// The program flow at the end of the line.
     pub(super) flow: Flow,
     /// Which axes have a word, one bit an axis.
@@ -37,7 +39,7 @@ pub(super) struct Block<const AXES: usize> {
     /// own for Q, which each line would have to zero, would cost 100 instructions a line.
     pub(super) centre: [Number; 3],
     pub(super) f: Number,
-    /// L, or H: no command takes both.
+    pub(super) h: Number,
     pub(super) l: Number,
     pub(super) n: Number,
     pub(super) p: Number,
@@ -54,11 +56,13 @@ impl<const AXES: usize> Block<AXES> {
             groups: Groups::default(),
             axis_command: AxisCommand::None,
             non_modal: NonModal::None,
+            tool_length: ToolLength::Keep,
             flow: Flow::Continue,
             axis_mask: 0,
             axes: [Number::default(); AXES],
             centre: [Number::default(); 3],
             f: Number::default(),
+            h: Number::default(),
             l: Number::default(),
             n: Number::default(),
             p: Number::default(),
@@ -100,7 +104,13 @@ impl<const AXES: usize> Block<AXES> {
 
     /// Applies the words whose meaning depends on the whole line.
     fn finish(&mut self, context: &Context<'_, AXES>, before: &ModalState) {
-        if self.axis_mask != 0 && self.axis_command == AxisCommand::None {
+        let free = match self.axis_command {
+            AxisCommand::None => true,
+            // G53 says that the axis words are a place to go to.
+            AxisCommand::CancelToolLength => self.non_modal == NonModal::MachineCoordinates,
+            AxisCommand::Motion | AxisCommand::NonModal | AxisCommand::SetToolLength => false,
+        };
+        if free && self.axis_mask != 0 {
             self.axis_command = AxisCommand::Motion;
         }
         if self.groups.have_any(WITH_WORDS) {
@@ -159,10 +169,7 @@ impl<const AXES: usize> Block<AXES> {
 
     fn take_g(&mut self, code: Code, dialect: &Dialect) -> Result<(), Status> {
         if let Some(command) = code.claims(dialect) {
-            if self.axis_command != AxisCommand::None {
-                return Err(Status::AxisWordConflict);
-            }
-            self.axis_command = command;
+            self.axis_command = self.axis_command.and(command)?;
         }
         let word = code.g(dialect)?;
         self.groups.insert(word.group())?;
@@ -175,10 +182,8 @@ impl<const AXES: usize> Block<AXES> {
             GWord::Retract(retract) => self.modal.retract = retract,
             GWord::Units(units) => self.modal.units = units,
             GWord::System(system) => self.modal.system = system,
-            GWord::ArcDistance
-            | GWord::CutterCompensation
-            | GWord::ToolLength
-            | GWord::PathControl => {}
+            GWord::ToolLength(length) => self.tool_length = length,
+            GWord::ArcDistance | GWord::CutterCompensation | GWord::PathControl => {}
         }
         Ok(())
     }
@@ -246,7 +251,7 @@ impl<const AXES: usize> Block<AXES> {
             Letter::J => Ok(j),
             Letter::K => Ok(k),
             Letter::L => Ok(&mut self.l),
-            Letter::H if dialect.tools => Ok(&mut self.l),
+            Letter::H if dialect.tools => Ok(&mut self.h),
             Letter::N => Ok(&mut self.n),
             Letter::P => Ok(&mut self.p),
             Letter::Q if dialect.cycles => Ok(i),

@@ -18,7 +18,7 @@ use super::cycle::series::Series;
 use super::fault::Refusal;
 use super::modal_state::{Distance, FeedMode, Motion, ProbeKind, Units, WorkSystem};
 use super::offsets::TOOL_AXIS;
-use super::takers::{AxisCommand, NonModal};
+use super::takers::{AxisCommand, NonModal, ToolLength};
 use super::units::inches_to_millimetres;
 use super::words::{Block, WITH_WORDS};
 use super::{Coordinate, Interpreter, MAX_WORD};
@@ -174,7 +174,7 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         self.check_dwell()?;
         plan.tool_length = self.tool_length()?;
         if self.block.non_modal != NonModal::None {
-            plan.effect = self.effect()?;
+            plan.effect = self.effect(plan.tool_length)?;
         }
         self.aim(&mut plan.target, plan.tool_length)?;
         self.check_machine_coordinates()?;
@@ -249,25 +249,21 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
 
     #[inline]
     fn tool_length(&mut self) -> Result<Option<Coordinate>, Refusal> {
-        match self.block.axis_command {
-            AxisCommand::None | AxisCommand::Motion | AxisCommand::NonModal
-                if self.block.groups.contains(Group::ToolLength) =>
-            {
-                self.table_length().map(Some)
-            }
-            AxisCommand::None | AxisCommand::Motion | AxisCommand::NonModal => Ok(None),
-            AxisCommand::CancelToolLength => Ok(Some(Coordinate::ZERO)),
-            AxisCommand::SetToolLength if self.block.axis_mask != 1 << TOOL_AXIS => {
+        match self.block.tool_length {
+            ToolLength::Keep => Ok(None),
+            ToolLength::Cancel => Ok(Some(Coordinate::ZERO)),
+            ToolLength::FromTable => self.table_length().map(Some),
+            ToolLength::FromWord if self.block.axis_mask != 1 << TOOL_AXIS => {
                 Err(Refusal::g(Status::ToolLengthAxis, 43))
             }
-            AxisCommand::SetToolLength => Ok(Some(storable(self.word(TOOL_AXIS)))),
+            ToolLength::FromWord => Ok(Some(storable(self.word(TOOL_AXIS)))),
         }
     }
 
     /// G43: the length of tool H, or of the one in the spindle.
     fn table_length(&mut self) -> Result<Coordinate, Refusal> {
         let tool = match self.gives(H) {
-            true => Some(u8::try_from(self.block.l.trunc()).unwrap_or(u8::MAX)),
+            true => Some(u8::try_from(self.block.h.trunc()).unwrap_or(u8::MAX)),
             false => None,
         };
         self.unused = self.unused.without(H);
@@ -281,14 +277,15 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         }
     }
 
-    fn effect(&mut self) -> Result<Effect<AXES>, Refusal> {
+    /// The effect of the non-modal command, after the change of the tool length.
+    fn effect(&mut self, tool_length: Option<Coordinate>) -> Result<Effect<AXES>, Refusal> {
         Ok(match self.block.non_modal {
             NonModal::None | NonModal::MachineCoordinates => Effect::None,
             NonModal::Dwell => Effect::Dwell(self.block.p),
-            NonModal::SetOrigin => self.set_origin()?,
+            NonModal::SetOrigin => self.set_origin(tool_length)?,
             NonModal::GoTo(id) => Effect::GoTo(*self.state.offsets.get(id)),
             NonModal::Store(id) => Effect::Store(id),
-            NonModal::SetG92 => self.set_g92()?,
+            NonModal::SetG92 => self.set_g92(tool_length)?,
             NonModal::ClearG92 => Effect::SetG92([Coordinate::ZERO; AXES]),
         })
     }
@@ -368,6 +365,7 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         }
         match self.block.modal.motion {
             Motion::Rapid | Motion::Feed => Ok(()),
+            Motion::Cancelled if self.block.axis_mask == 0 => Ok(()), // nothing to go to
             Motion::Arc(_) | Motion::Probe(_) | Motion::Cycle(_) | Motion::Cancelled => {
                 Err(Refusal::g(Status::MachineCoordinatesNeedStraight, 53))
             }

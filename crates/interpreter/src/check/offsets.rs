@@ -11,7 +11,10 @@ use crate::Status;
 
 impl<const AXES: usize> Check<'_, AXES> {
     /// G10 L2 (the words are the origin) and L20 (the words are where the axes shall be).
-    pub(super) fn set_origin(&mut self) -> Result<Effect<AXES>, Refusal> {
+    pub(super) fn set_origin(
+        &mut self,
+        tool_length: Option<Coordinate>,
+    ) -> Result<Effect<AXES>, Refusal> {
         let fault = |status| Refusal::g(status, 10);
         if self.block.axis_mask == 0 {
             return Err(fault(Status::NoAxisWords));
@@ -25,7 +28,7 @@ impl<const AXES: usize> Check<'_, AXES> {
         let system = self.named_system()?;
         let others = match self.block.l.trunc() {
             2 if !self.gives(R) => None,
-            20 => Some(self.state.offsets.without_system()),
+            20 => Some(self.state.offsets.without_system(tool_length)),
             _ => return Err(Refusal::words(Status::UnsupportedCommand, L)),
         };
         self.unused = self.unused.without(P).without(L);
@@ -61,12 +64,12 @@ impl<const AXES: usize> Check<'_, AXES> {
         .ok_or(Refusal::words(Status::UnsupportedSystem, P))
     }
 
-    pub(super) fn set_g92(&self) -> Result<Effect<AXES>, Refusal> {
+    pub(super) fn set_g92(&self, tool_length: Option<Coordinate>) -> Result<Effect<AXES>, Refusal> {
         if self.block.axis_mask == 0 {
             return Err(Refusal::g(Status::NoAxisWords, 92));
         }
         let offsets = &self.state.offsets;
-        let others = offsets.without_g92(self.block.modal.system);
+        let others = offsets.without_g92(self.block.modal.system, tool_length);
         let offset = self.merge(offsets.g92(), |axis, word| self.shift(&others, axis, word));
         Ok(Effect::SetG92(offset))
     }

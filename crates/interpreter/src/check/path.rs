@@ -22,11 +22,16 @@ impl<const AXES: usize> Check<'_, AXES> {
         target: &[Coordinate; AXES],
     ) -> Result<Path, Refusal> {
         let (motion, still) = (self.block.modal.motion, self.block.axis_mask == 0);
+        match self.block.axis_command {
+            AxisCommand::Motion => {}
+            AxisCommand::CancelToolLength if motion == Motion::Cancelled => {}
+            AxisCommand::None
+            | AxisCommand::NonModal
+            | AxisCommand::SetToolLength
+            | AxisCommand::CancelToolLength => return Ok(Path::None),
+        }
         if motion == Motion::Cancelled && !still {
             return Err(Refusal::words(Status::AxisWordsUnused, AXIS_WORDS));
-        }
-        if self.block.axis_command != AxisCommand::Motion {
-            return Ok(Path::None);
         }
         if motion.needs_feed() && feed == Number::default() {
             return Err(self.without_feed());

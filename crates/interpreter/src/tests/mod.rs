@@ -1,5 +1,6 @@
 //! Grbl's answers and actions, line by line: the rules of the recorded conversations as tables.
 
+mod axis_words;
 mod cycles;
 mod extruder;
 mod jogs;
@@ -69,7 +70,10 @@ impl<const AXES: usize> Bench<AXES> {
             soft_limits: self.soft_limits,
             reach: &self.reach,
             own: OwnCodes::NONE,
-            tools: ToolTable::NONE,
+            tools: match self.dialect.tools {
+                true => ToolTable::some(&length_of_tool),
+                false => ToolTable::NONE,
+            },
         }
     }
 
@@ -113,6 +117,15 @@ impl<const AXES: usize> Bench<AXES> {
 pub(super) fn expect_at_power_up(answers: &[(&str, u8)]) {
     for answer in answers {
         Bench::<3>::new().expect(&[*answer]);
+    }
+}
+
+/// The table of a machine with tools: number 1 is in the spindle, 3 mm long; 2 is 5 mm long.
+fn length_of_tool(tool: Option<u8>) -> Option<Coordinate> {
+    match tool {
+        None | Some(1) => Some(mm(3.0)),
+        Some(2) => Some(mm(5.0)),
+        Some(_) => None,
     }
 }
 

@@ -148,8 +148,6 @@ fn two_commands_for_the_axis_words_are_error_24_even_of_one_group() {
         "G92G0X1",
         "G43.1Z1G0X1",
         "G0G43.1Z1",
-        "G49G0X1",
-        "G49G92X0",
         "G38.2G92X1F1",
         "G10L2P1X0G92",
         "G92X0G10L2P1",
