@@ -253,6 +253,12 @@ const GRBL_CORNERS: Entry = Entry {
     value: Number::from_int(1),
 };
 
+/// `$712=0`: no wait for the spindle after a hold.
+const NO_SPIN_UP: Entry = Entry {
+    number: Setting::SpinUp.row().number,
+    value: Number::from_int(0),
+};
+
 /// Counts a second of the F407's timer: twice the frequency of APB1.
 const TIMER_HZ: u32 = 84_000_000;
 
@@ -307,7 +313,7 @@ impl<const AXES: usize> MachineConfig<AXES> {
     }
 
     /// A machine that answers as stock Grbl 1.1h does: 15 moves, 128 bytes, two bits of `$10`, its
-    /// corners, no cycles.
+    /// corners, no cycles, no wait for a spindle after a hold.
     pub const fn grbl() -> Self {
         let mut config = Self::new();
         config.step_timing = StepTiming::GRBL;
@@ -316,7 +322,7 @@ impl<const AXES: usize> MachineConfig<AXES> {
         config.pixels = 0;
         config.receive_size = 128;
         config.report_bits = GRBL_REPORT_BITS;
-        config.defaults = &[GRBL_CORNERS];
+        config.defaults = &[GRBL_CORNERS, NO_SPIN_UP];
         config
     }
 }

@@ -10,6 +10,7 @@ use crate::protocol::alarm::Alarm;
 use crate::protocol::message::Message;
 use crate::protocol::realtime::Realtime;
 use crate::protocol::serial::Request;
+use crate::settings::table::Setting;
 use crate::state::{Door, Hold, Jog, State};
 use leadscrew_planner::Kinematics;
 
@@ -87,7 +88,7 @@ where
                 let changed = self.overrides.step_spindle(step);
                 self.override_spindle(changed);
             }
-            Realtime::SpindleStop => self.stop_spindle(),
+            Realtime::SpindleStop => self.stop_spindle(now),
             Realtime::Flood => self.toggle_coolant(false, board),
             Realtime::Mist => self.toggle_coolant(true, board),
             Realtime::Own(byte) => self.own_realtime(from, byte, board, now),
@@ -159,10 +160,19 @@ where
             State::Hold(Hold::Stopping {
                 then_alarm: true, ..
             }) => {}
-            State::Hold(Hold::Complete { since: None }) => self.end_hold(board),
-            State::Hold(Hold::Stopping { since, .. } | Hold::Complete { since: Some(since) }) => {
+            State::Hold(Hold::Complete {
+                goes_on_at: Some(_),
+                ..
+            }) => {}
+            State::Hold(Hold::Complete { since: None, .. }) => self.end_hold(board, now),
+            State::Hold(
+                Hold::Stopping { since, .. }
+                | Hold::Complete {
+                    since: Some(since), ..
+                },
+            ) => {
                 if now >= since + BURST {
-                    self.end_hold(board);
+                    self.end_hold(board, now);
                 }
             }
             State::Door(Door::Parked) => {
@@ -188,15 +198,37 @@ where
         }
     }
 
-    fn end_hold<B: Board>(&mut self, board: &mut B) {
+    /// Ends a hold; motion waits until a spindle that 0x9E has stopped is up to speed again.
+    fn end_hold<B: Board>(&mut self, board: &mut B, now: Instant) {
         if self.is_aside() {
             return self.go_on();
         }
         self.tool.coolant.restore(board);
         if self.tool.spindle.is_suspended() || self.tool.spindle.is_shut(self.state) {
-            self.restore_held_spindle();
+            self.restore_held_spindle(now);
         }
-        self.go_on();
+        match self.tool.up_to_speed_at.filter(|at| *at > now) {
+            None => self.go_on(),
+            goes_on_at => self.enter(State::Hold(Hold::Complete {
+                since: None,
+                goes_on_at,
+            })),
+        }
+    }
+
+    /// Goes on after a hold once the spindle is up to speed. Main loop, at every turn.
+    pub(crate) fn end_spin_up(&mut self, now: Instant) {
+        if self.spin_up_ends_at().is_some_and(|at| now >= at) {
+            self.go_on();
+        }
+    }
+
+    /// When motion goes on after a hold, while it waits for the spindle.
+    pub(crate) fn spin_up_ends_at(&self) -> Option<Instant> {
+        match self.state {
+            State::Hold(hold) => hold.goes_on_at(),
+            _ => None,
+        }
     }
 
     /// Takes up the motion that a hold or the door interrupted.
@@ -254,14 +286,17 @@ where
 
     /// 0x9E: in a completed hold, switches the spindle off, or on again. A laser that is held stays
     /// dark until it is resumed.
-    fn stop_spindle(&mut self) {
+    fn stop_spindle(&mut self, now: Instant) {
         let held = matches!(self.state, State::Hold(Hold::Complete { .. }));
         if !held || !self.tool.spindle.is_wanted() || self.tool.spindle.is_laser() {
             return;
         }
         if self.tool.spindle.is_suspended() {
-            self.restore_held_spindle();
+            self.restore_held_spindle(now);
         } else {
+            if self.spin_up_ends_at().is_some() {
+                self.enter(State::Hold(Hold::AT_REST));
+            }
             self.tool.spindle.suspend();
             self.update_power();
             self.console.cadence.overrides_changed();
@@ -269,11 +304,19 @@ where
     }
 
     /// Switches the wanted spindle on again, out of a hold.
-    fn restore_held_spindle(&mut self) {
+    fn restore_held_spindle(&mut self, now: Instant) {
+        let stood = self.tool.spindle.is_suspended() && !self.tool.spindle.is_laser();
         self.restore_spindle();
         if self.tool.spindle.is_wanted() && !self.tool.spindle.is_suspended() {
             self.console.message(Message::RestoringSpindle);
+            self.tool.up_to_speed_at = stood.then(|| now + self.spin_up());
         }
+    }
+
+    /// How long a spindle takes to get up to speed: `$712`.
+    fn spin_up(&self) -> Duration {
+        let seconds = self.settings.value(Setting::SpinUp);
+        Duration::from_ticks(seconds.nanos().unsigned_abs() / 1_000)
     }
 
     /// Switches the wanted spindle on again, unless an M code that is put aside keeps it off.

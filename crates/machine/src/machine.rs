@@ -175,6 +175,7 @@ where
         self.watch_motion(board, now);
         self.advance_homing(board, now);
         self.advance_door(board, now);
+        self.end_spin_up(now);
         let extension = self.poll_extension(board, now);
         self.execute(board, now);
         self.report(board);
@@ -370,6 +371,7 @@ where
                 .as_ref()
                 .and_then(SwitchCycle::settles_at),
             self.activity.door.as_ref().and_then(DoorCycle::waits_until),
+            self.spin_up_ends_at(),
             self.motion.drivers.rest_at(delay, self.is_locked()),
         ];
         deadlines.into_iter().fold(None, earlier)

@@ -75,7 +75,25 @@ pub enum Hold {
     Complete {
         /// When the hold began to stop motion; `None` where nothing moved.
         since: Option<Instant>,
+        /// `~` has come, and motion goes on at this instant: the spindle is getting up to speed.
+        goes_on_at: Option<Instant>,
     },
+}
+
+impl Hold {
+    /// A hold that has stopped nothing.
+    pub const AT_REST: Self = Self::Complete {
+        since: None,
+        goes_on_at: None,
+    };
+
+    /// When motion goes on by itself.
+    pub(crate) fn goes_on_at(self) -> Option<Instant> {
+        match self {
+            Self::Complete { goes_on_at, .. } => goes_on_at,
+            Self::Stopping { .. } => None,
+        }
+    }
 }
 
 /// How far the safety door's sequence has come.
@@ -152,7 +170,12 @@ impl State {
                 since: now,
                 then_alarm: false,
             })),
-            Self::Idle | Self::Run => Some(Self::Hold(Hold::Complete { since: None })),
+            Self::Idle
+            | Self::Run
+            | Self::Hold(Hold::Complete {
+                goes_on_at: Some(_),
+                ..
+            }) => Some(Self::Hold(Hold::AT_REST)),
             Self::Jog(_) => self.jog_cancel(),
             Self::Hold(_)
             | Self::Home
@@ -190,7 +213,10 @@ impl State {
             Self::Hold(Hold::Stopping {
                 since,
                 then_alarm: false,
-            }) => Some(Self::Hold(Hold::Complete { since: Some(since) })),
+            }) => Some(Self::Hold(Hold::Complete {
+                since: Some(since),
+                goes_on_at: None,
+            })),
             Self::Hold(Hold::Stopping {
                 then_alarm: true, ..
             }) => Some(Self::Alarm(Lock::Critical)),

@@ -11,5 +11,6 @@ mod rules;
 mod session;
 mod silent_interrupt;
 mod small;
+mod spin_up;
 mod storing;
 mod texts;

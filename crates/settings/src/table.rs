@@ -185,6 +185,8 @@ rows! {
             "A sender may stall for so long in motion: lines wait for their answers while more than this, braking and 15 moves are queued; 0 queues as many as fit.";
         PeckClearance = 711, Motion, DECIMAL, 254, "Peck clearance", "mm",
             "How far G73 goes back after a peck, and how far above the last bottom G83 begins to feed again.";
+        SpinUp = 712, Tool, DECIMAL, 4_000, "Spindle spin-up", "s",
+            "After a hold in which 0x9E has stopped the spindle, motion waits for so long until it is up to speed; 0 for no wait.";
         SpindleSilence = 720, Silence, SECONDS, 0, "Spindle dead-man", "s",
             "Stops a spindle that turns at rest, in a hold, when its sender has been silent for so long; 0 for never.";
         CoolantSilence = 721, Silence, SECONDS, 0, "Coolant dead-man", "s",

@@ -110,7 +110,7 @@ mod tests {
         (State::Jog(Jog::Cancelling { then_door: true }), true, false),
         (hold_stopping(false), true, false),
         (hold_stopping(true), true, false),
-        (State::Hold(Hold::Complete { since: None }), false, false),
+        (State::Hold(Hold::AT_REST), false, false),
         (State::Home, false, false),
         (State::Door(Door::Stopping), true, false),
         (State::Door(Door::Retracting), false, false),

@@ -14,7 +14,7 @@ pub mod coolant;
 mod output;
 pub(crate) mod scale;
 
-use crate::board::SpindleOutput;
+use crate::board::{Instant, SpindleOutput};
 use crate::interpreter;
 use crate::state::State;
 use beam::{beam, may_burn, Beam, Wanted};
@@ -27,6 +27,8 @@ pub use scale::SpindleScale;
 pub(crate) struct Tool {
     pub(crate) spindle: Spindle,
     pub(crate) coolant: Coolant,
+    /// When a spindle that was switched on again in a hold is up to speed.
+    pub(crate) up_to_speed_at: Option<Instant>,
     /// The program's last command to the spindle.
     pub(crate) told: interpreter::Spindle,
     /// The power that was put out in this rest; `None` in motion, and where it has to be put out
@@ -42,6 +44,7 @@ impl Tool {
         Self {
             spindle: Spindle::new(scale, laser),
             coolant: Coolant::default(),
+            up_to_speed_at: None,
             told: interpreter::Spindle::default(),
             rest_power: None,
             rest_output: None,

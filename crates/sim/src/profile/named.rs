@@ -118,6 +118,8 @@ tables! {
         max_rpm: f64 as "Option<f64>" = MaxSpeed;
         /// The speed at the least output, 1/min: `$31`.
         min_rpm: f64 as "Option<f64>" = MinSpeed;
+        /// How long motion waits for the spindle after a hold in which it was stopped, s: `$712`.
+        spin_up_s: f64 as "Option<f64>" = SpinUp;
     }
     /// A laser.
     Laser "laser" {

@@ -392,7 +392,7 @@ where
         }
         if self.is_motion_over() {
             self.activity.line.wait = Wait::Pause;
-            self.enter(State::Hold(Hold::Complete { since: None }));
+            self.enter(State::Hold(Hold::AT_REST));
         }
         Progress::Wait
     }
