@@ -114,6 +114,18 @@ fn the_time_is_a_setting_and_0_means_never() {
     });
 }
 
+/// `$$` would print such a time as 0, and 0 is for ever.
+#[test]
+fn a_time_that_prints_as_0_is_refused_unless_it_is_0() {
+    lit_at_rest(|session| {
+        for time in ["0.000000001", "0.0000009", "0.000999"] {
+            let said = say(session, 0, &format!("$707={time}\n"));
+            assert_eq!(said, ["error:52"], "{time}");
+        }
+        let_expire(session);
+    });
+}
+
 #[test]
 fn only_a_cut_of_the_same_line_lights_it_up_again() {
     for words in [

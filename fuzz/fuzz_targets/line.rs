@@ -12,7 +12,7 @@
 
 use leadscrew_gcode::{parse, words};
 use leadscrew_machine::interpreter::{
-    AxisKind, Commands, Context, Coordinate, Dialect, Interpreter, OwnCodes, ToolTable,
+    AxisKind, Commands, Context, Coordinate, Dialect, Extent, Interpreter, OwnCodes, ToolTable,
 };
 use leadscrew_machine::protocol::line_reader::{LineReader, GRBL_LINE_LENGTH};
 use leadscrew_machine::protocol::system_command::{Activity, Circumstances, SystemCommand};
@@ -108,7 +108,8 @@ impl Bench {
         };
         let answer = self
             .interpreter
-            .interpret(line, &context, &mut self.commands);
+            .interpret(line, &context, &mut self.commands)
+            .map(|extent| assert_eq!(extent, Extent::Whole, "there is no extension"));
         assert_eq!(answer, expected, "the check has told the truth");
         match answer {
             Ok(()) => self.assert_within_reach(self.interpreter.position()),

@@ -33,6 +33,8 @@ pub(super) struct Report {
     pub(super) outcome: Outcome<MOST_MOTORS>,
     /// Letters of the axes, in order.
     pub(super) letters: Vec<char>,
+    /// The letters of the axes that turn.
+    pub(super) turning: Vec<char>,
     /// Steps/mm of each axis.
     pub(super) steps_per_mm: Vec<f64>,
     /// Steps of a turn of each axis's motor, where that is known.
@@ -238,11 +240,15 @@ impl fmt::Display for Report {
             ),
         )?;
         for (name, axis) in self.axes() {
+            let unit = match self.turning.contains(&name) {
+                true => "degrees",
+                false => "mm",
+            };
             row(
                 f,
                 &format!("{name} axis"),
                 &format!(
-                    "{} steps, ends at {:.3} mm, peak {:.0} mm/min",
+                    "{} steps, ends at {:.3} {unit}, peak {:.0} {unit}/min",
                     axis.pulses, axis.position_mm, axis.peak_mm_min
                 ),
             )?;

@@ -197,6 +197,7 @@ fn simulate(
         warning_count: done.warning_count,
         outcome: done.outcome,
         letters: machine.file.letters(),
+        turning: machine.file.turning(),
         steps_per_mm: steps_per_mm(machine),
         steps_per_rev: machine.file.steps_per_rev(),
         crossed: machine.file.kinematics == Belts::CoreXy,

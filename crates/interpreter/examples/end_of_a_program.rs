@@ -11,7 +11,7 @@
 
 use leadscrew_gcode::Number;
 use leadscrew_interpreter::{
-    AxisKind, Commands, Context, Dialect, Fault, Interpreter, OwnCodes, ToolTable, MAX_WORD,
+    AxisKind, Commands, Context, Dialect, Extent, Fault, Interpreter, OwnCodes, ToolTable, MAX_WORD,
 };
 use std::io;
 
@@ -40,5 +40,7 @@ fn carry_out(interpreter: &mut Interpreter<3>, line: &[u8]) -> Result<(), Fault>
         own: OwnCodes::NONE,
         tools: ToolTable::NONE,
     };
-    interpreter.interpret(line, &context, &mut Commands::new())
+    let extent = interpreter.interpret(line, &context, &mut Commands::new())?;
+    assert_eq!(extent, Extent::Whole);
+    Ok(())
 }

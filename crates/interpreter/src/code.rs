@@ -269,10 +269,6 @@ impl Letters {
         Self(self.0 & !other.0)
     }
 
-    pub(super) const fn with(self, other: Self) -> Self {
-        Self(self.0 | other.0)
-    }
-
     pub(super) const fn and(self, other: Self) -> Self {
         Self(self.0 & other.0)
     }

@@ -50,7 +50,7 @@ pub enum Command<const AXES: usize> {
     /// Wait until motion has ended, then write the length of a tool to the table (G10 L1).
     StoreTool {
         /// The tool's number, from 1.
-        tool: u8,
+        tool: u32,
         /// Its length.
         length: Coordinate,
     },
@@ -109,7 +109,8 @@ pub struct Travel<const AXES: usize> {
 pub enum Feed {
     /// As fast as the axes can; rapid overrides apply.
     Rapid,
-    /// mm/min along the path, above zero.
+    /// The speed along the path of the axes that are lengths, mm/min; degrees/min where only axes
+    /// move that turn (NIST RS274/NGC, 2.1.2.5). Above zero.
     PerMinute(Number),
     /// The whole motion takes one minute divided by this number, which is above zero. For an arc,
     /// all chords together take this time.

@@ -30,6 +30,17 @@ pub struct Context<'a, const AXES: usize> {
     pub tools: ToolTable<'a>,
 }
 
+impl<const AXES: usize> Context<'_, AXES> {
+    /// Whether a motion turns axes and changes no length.
+    pub(super) fn turns_alone(&self, from: &[Coordinate; AXES], to: &[Coordinate; AXES]) -> bool {
+        let moves = |kind| {
+            let mut axes = self.axes.iter().zip(from.iter().zip(to));
+            axes.any(|(of, (from, to))| *of == kind && from != to)
+        };
+        moves(AxisKind::Rotary) && !moves(AxisKind::Linear)
+    }
+}
+
 /// Words that not every machine knows: Grbl has two of them as options when it is compiled, and lacks
 /// the others. A machine refuses a word that is off.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -59,7 +70,7 @@ impl Dialect {
 
 /// Returns the length of the tool with this number, or for `None` the length of the tool in the
 /// spindle. The answer is `None` where there is no such tool.
-type LengthOf<'a> = dyn Fn(Option<u8>) -> Option<Coordinate> + 'a;
+type LengthOf<'a> = dyn Fn(Option<u32>) -> Option<Coordinate> + 'a;
 
 /// The lengths of tools, if the machine has a table of them.
 #[derive(Clone, Copy, Default)]
@@ -75,7 +86,7 @@ impl<'a> ToolTable<'a> {
     }
 
     /// The length of the tool with this number, or for `None` of the tool in the spindle.
-    pub(super) fn length(self, tool: Option<u8>) -> Option<Coordinate> {
+    pub(super) fn length(self, tool: Option<u32>) -> Option<Coordinate> {
         self.0.and_then(|length| length(tool))
     }
 }

@@ -4,23 +4,35 @@
 //! come out. A commit cannot fail.
 
 use super::check::{Check, Effect, Path, Plan, Purpose};
-use super::code::Group;
+use super::code::{Group, Groups};
 use super::command::{Command, Commands, Feed, OffsetId, Spindle, Travel};
 use super::context::Context;
 use super::cycle::holes::Cycle;
 use super::cycle::series::Series;
 use super::fault::Fault;
-use super::modal_state::{FeedMode, ModalState, Motion, Rotation};
+use super::modal_state::{FeedMode, ModalState, Motion, Rotation, Units};
 use super::setup::Interpreter;
 use super::takers::Flow;
+use super::units::millimetres_to_inches;
 use super::words::Block;
+use leadscrew_gcode::Number;
 use leadscrew_planner::Coordinate;
+
+/// How much of a line its commands are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Extent {
+    /// All of it.
+    Whole,
+    /// The M code of an extension that comes first ([`MCode::first`](crate::own::MCode::first)).
+    First,
+}
 
 impl<const AXES: usize> Interpreter<AXES> {
     /// Reads a line, checks all of it, and carries it out: replaces `commands` by its commands.
     ///
     /// `line` comes without blanks, comments and line end, in capitals. Main loop; bounded by the
-    /// line's length.
+    /// line's length. If the answer is [`Extent::First`], call [`Self::interpret_rest`] once the
+    /// commands are carried out.
     ///
     /// # Errors
     ///
@@ -31,12 +43,40 @@ impl<const AXES: usize> Interpreter<AXES> {
         line: &[u8],
         context: &Context<'_, AXES>,
         commands: &mut Commands<AXES>,
+    ) -> Result<Extent, Fault> {
+        commands.clear();
+        let mut block = self.block(context);
+        block.read(line, context, &self.modal)?;
+        let mut plan = Plan::new(&self.position);
+        self.plan(&mut plan, &block, line, context)?;
+        if block.has_rest(context.own) {
+            self.modal.tool = block.modal.tool;
+            push_own(context, commands, |_| true);
+            return Ok(Extent::First);
+        }
+        self.commit(&block, &plan, context, commands);
+        Ok(Extent::Whole)
+    }
+
+    /// Carries out what follows the M code that comes first: replaces `commands` by the commands of
+    /// the other words of the same `line`. They are read anew, since the M code may have changed
+    /// position and offsets.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::interpret`].
+    pub fn interpret_rest(
+        &mut self,
+        line: &[u8],
+        context: &Context<'_, AXES>,
+        commands: &mut Commands<AXES>,
     ) -> Result<(), Fault> {
         commands.clear();
         let mut block = self.block(context);
         block.read(line, context, &self.modal)?;
         let mut plan = Plan::new(&self.position);
         self.plan(&mut plan, &block, line, context)?;
+        block.groups = block.groups.without(Groups::of(&[Group::Own]));
         self.commit(&block, &plan, context, commands);
         Ok(())
     }
@@ -88,8 +128,9 @@ impl<const AXES: usize> Interpreter<AXES> {
 }
 
 impl<const AXES: usize> Interpreter<AXES> {
-    /// Carries a line out, in GRBL's order: feed, speed, tool, spindle, coolant, parking, an
-    /// extension's M code, dwell, modes, offsets, motion, end of the program.
+    /// Carries a line out, in GRBL's order: feed, speed, tool, spindle, coolant, parking, dwell,
+    /// modes, offsets, motion, end of the program. An extension's M codes stand in it as LinuxCNC
+    /// documents: below [`FIRST_OF_USERS`] before the spindle, the others before the dwell.
     #[inline]
     fn commit(
         &mut self,
@@ -99,11 +140,13 @@ impl<const AXES: usize> Interpreter<AXES> {
         commands: &mut Commands<AXES>,
     ) {
         let modal = &block.modal;
+        let has_own = block.groups.contains(Group::Own);
+        if has_own {
+            push_own(context, commands, |code| code < FIRST_OF_USERS);
+        }
         self.switch(modal, &plan.path, context.laser_mode, commands);
-        if block.groups.contains(Group::Own) {
-            if let Some((_, call)) = context.own.found() {
-                push(commands, Command::Own(call));
-            }
+        if has_own {
+            push_own(context, commands, |code| code >= FIRST_OF_USERS);
         }
         let system_changes = modal.system != self.modal.system;
         self.modal = *modal;
@@ -112,7 +155,7 @@ impl<const AXES: usize> Interpreter<AXES> {
         if block.axis_mask != 0 {
             self.decimals.note(&block.axes, self.modal.units);
         }
-        self.go(plan, block.axis_mask != 0, commands);
+        self.go(plan, block.axis_mask != 0, context, commands);
         self.end_line(block.flow, commands);
         if !matches!(self.modal.motion, Motion::Cycle(_)) {
             self.series = None;
@@ -184,7 +227,13 @@ impl<const AXES: usize> Interpreter<AXES> {
 
     /// Commits G28, G30 and the motion of the motion mode.
     #[inline]
-    fn go(&mut self, plan: &Plan<AXES>, by_way: bool, commands: &mut Commands<AXES>) {
+    fn go(
+        &mut self,
+        plan: &Plan<AXES>,
+        by_way: bool,
+        context: &Context<'_, AXES>,
+        commands: &mut Commands<AXES>,
+    ) {
         if let Effect::GoTo(end) = plan.effect {
             if by_way {
                 self.rapid(plan, plan.target, commands);
@@ -193,7 +242,9 @@ impl<const AXES: usize> Interpreter<AXES> {
         }
         let feed = match (self.modal.motion, self.modal.feed_mode) {
             (Motion::Rapid, _) => Feed::Rapid,
-            (_, FeedMode::PerMinute) => Feed::PerMinute(plan.feed),
+            (_, FeedMode::PerMinute) => {
+                Feed::PerMinute(self.rate_in(self.modal.units, plan, context))
+            }
             (_, FeedMode::InverseTime) => Feed::InverseTime(plan.feed),
         };
         let travel = Travel {
@@ -214,6 +265,20 @@ impl<const AXES: usize> Interpreter<AXES> {
             }
         }
         self.position = plan.target;
+    }
+
+    /// The speed of a motion to the plan's target. Where only axes move that turn, F counts degrees,
+    /// which have no inches.
+    pub(super) fn rate_in(
+        &self,
+        units: Units,
+        plan: &Plan<AXES>,
+        context: &Context<'_, AXES>,
+    ) -> Number {
+        match units == Units::Inches && context.turns_alone(&self.position, &plan.target) {
+            true => millimetres_to_inches(plan.feed),
+            false => plan.feed,
+        }
     }
 
     /// Asks for a cycle, and keeps its words for the next line of its series.
@@ -300,6 +365,20 @@ pub(super) fn spindle(modal: &ModalState) -> Spindle {
         rotation: modal.rotation,
         speed: modal.speed,
         cutting: modal.motion.is_cutting(),
+    }
+}
+
+/// The first of LinuxCNC's user-defined M codes, which follow spindle and coolant.
+const FIRST_OF_USERS: u8 = 100;
+
+/// Adds the M code of an extension, if its number is one of these.
+fn push_own<const AXES: usize>(
+    context: &Context<'_, AXES>,
+    commands: &mut Commands<AXES>,
+    belongs: impl Fn(u8) -> bool,
+) {
+    if let Some((_, call)) = context.own.found().filter(|(_, call)| belongs(call.code)) {
+        push(commands, Command::Own(call));
     }
 }
 

@@ -38,7 +38,7 @@ impl<const AXES: usize> Interpreter<AXES> {
             .map_err(|refusal| refusal.locate(line))?;
         let travel = Travel {
             target: plan.target,
-            feed: Feed::PerMinute(plan.feed),
+            feed: Feed::PerMinute(self.rate_in(block.modal.units, &plan, context)),
             spindle: Spindle {
                 cutting: true, // a laser is lit as in G1, whatever the motion mode
                 ..spindle(&self.modal)

@@ -74,6 +74,7 @@ pub use command::{
 pub use context::{Context, Dialect, Own, OwnCodes, ToolTable};
 pub use cycle::{Cycle, CycleKind, Strokes};
 pub use fault::Fault;
+pub use interpreter::Extent;
 pub use leadscrew_planner::Coordinate;
 pub use modal_state::{
     Coolant, Distance, FeedMode, ModalState, Motion, Plane, ProbeKind, Retract, Rotation, Turn,

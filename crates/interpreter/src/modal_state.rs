@@ -333,7 +333,7 @@ pub struct ModalState {
     /// M56: whether the spindle axis parks when the safety door opens.
     pub parking: bool,
     /// The T word of the last line; GRBL forgets it with the next.
-    pub tool: u8,
+    pub tool: u32,
     /// Feed rate: mm/min in G94 whatever the units, 1/min in G93; zero where none is set.
     pub feed: Number,
     /// Spindle speed, rev/min, or laser power: the last S word.

@@ -8,15 +8,15 @@ use leadscrew_gcode::{Letter, Number};
 pub struct MCode {
     /// The letters of the words that belong to the code, a bit each.
     letters: u32,
-    /// Whether it stands alone on its line.
-    alone: bool,
+    /// Whether the rest of its line waits for its end.
+    first: bool,
 }
 
 impl MCode {
     /// An M code without words of its own. Its line may have any other words.
     pub const PLAIN: Self = Self {
         letters: 0,
-        alone: false,
+        first: false,
     };
 
     /// An M code that takes these words, each one of `L`, `P`, `R`, `S` and `T`: on its line they
@@ -29,15 +29,15 @@ impl MCode {
         }
         Self {
             letters,
-            alone: false,
+            first: false,
         }
     }
 
-    /// The same M code, standing alone: its line has no words but its own and `N`. An M code that
-    /// moves axes has to stand alone.
-    pub const fn alone(self) -> Self {
+    /// The same M code, carried out before all else of its line: the other words of the line get
+    /// their meaning once it is done. An M code that moves axes, or is put aside, has to come first.
+    pub const fn first(self) -> Self {
         Self {
-            alone: true,
+            first: true,
             ..self
         }
     }
@@ -47,9 +47,9 @@ impl MCode {
         self.letters
     }
 
-    /// Whether it stands alone on its line.
-    pub const fn is_alone(self) -> bool {
-        self.alone
+    /// Whether the rest of its line waits for its end.
+    pub const fn is_first(self) -> bool {
+        self.first
     }
 
     /// Whether this word belongs to it.

@@ -79,7 +79,7 @@ codes! {
         ToolLengthAxis = 37, "G43.1 takes Z alone",
             "Dynamic tool length offset works on the tool axis only.";
         ToolTooLarge = 38, "The tool number is too large",
-            "T takes 0 to 255.";
+            "T takes 0 to 255; on a machine that changes tools, 0 to 4294967295.";
         OutOfRange = 52, "The value is out of range",
             "The setting does not take this value, or the target is farther away than the machine can count. In a canned cycle L takes 1 to 10000, and Q a depth above 0 that makes no more than 10000 pecks. Nothing was changed.";
         CycleBelowBottom = 200, "R lies below the bottom of the hole",
@@ -88,6 +88,8 @@ codes! {
             "A cycle has several moves, G93 gives the time of one. Put G94 and a feed rate before it.";
         CycleNeedsSpindle = 202, "G86 needs a turning spindle",
             "G86 stops the spindle at the bottom and starts it again. Put M3 or M4 with a speed above zero before it.";
+        NoSuchTool = 203, "The tool is not in the table of tool lengths",
+            "G43 H and G10 L1 P take the tools that have a length: 1 to 16, settings 881 to 896. A higher number can be changed to with T and M6; without a length of its own leave G43 out, or measure after each change.";
     }
 }
 
@@ -107,7 +109,10 @@ mod tests {
     #[test]
     fn numbers_are_those_of_grbl_one_more_and_our_own() {
         let numbers: Vec<_> = Status::ALL.iter().map(|code| code.number()).collect();
-        let expected: Vec<_> = (1..=17).chain(20..=38).chain([52, 200, 201, 202]).collect();
+        let expected: Vec<_> = (1..=17)
+            .chain(20..=38)
+            .chain([52, 200, 201, 202, 203])
+            .collect();
         assert_eq!(numbers, expected);
     }
 

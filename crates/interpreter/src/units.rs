@@ -5,7 +5,7 @@ use crate::Status;
 use leadscrew_gcode::Number;
 
 /// The farthest offset, centre or radius, mm or degrees: 10⁶ m, so that no sum of offsets
-/// overflows. A larger offset becomes this offset; motion beyond it is refused.
+/// overflows. What lies beyond it is refused.
 pub const MAX_WORD: Coordinate = Coordinate::from_nanos(1_000_000_000_000_000_000);
 
 /// Reads a length in millimetres, or an angle in degrees.
@@ -39,6 +39,14 @@ pub(super) fn inches_to_millimetres(value: Number) -> Number {
     })
 }
 
+/// Divides by 25.4: the number of a feed as a program in inches has written it. Rounded toward zero
+/// to 10⁻⁹.
+pub(super) fn millimetres_to_inches(value: Number) -> Number {
+    // 1/25.4 = 5/127
+    let nanos = value.nanos();
+    Number::from_nanos(nanos / 127 * 5 + nanos % 127 * 5 / 127)
+}
+
 /// Quotient and remainder, by long division in digits of 16 bits: the hardware divides 32 bits
 /// only.
 fn divide_by_5(n: u64) -> (u64, u32) {
@@ -60,6 +68,14 @@ mod tests {
         let inches = Number::from_nanos(100_000_000);
         let mm = Number::from_nanos(2_540_000_000);
         assert_eq!(inches_to_millimetres(inches), mm);
+    }
+
+    #[test]
+    fn whole_inches_come_back_from_millimetres() {
+        for inches in [0, 1, 10, 600, 9_000_000] {
+            let inches = Number::from_int(inches);
+            assert_eq!(millimetres_to_inches(inches_to_millimetres(inches)), inches);
+        }
     }
 
     #[test]

@@ -5,7 +5,7 @@
 //! letter was there before (21, 25), that it is not negative where it may not be (4).
 
 use super::code::{Code, GWord, Group, Groups, Letters, MWord};
-use super::context::Context;
+use super::context::{Context, OwnCodes};
 use super::fault::Fault;
 use super::modal_state::{Coolant, ModalState, Motion};
 use super::takers::{AxisCommand, Flow, NonModal, ToolLength};
@@ -135,7 +135,7 @@ impl<const AXES: usize> Block<AXES> {
             (Letter::P, self.p),
             (Letter::R, self.r),
             (Letter::S, self.modal.speed),
-            (Letter::T, Number::from_int(self.modal.tool.into())),
+            (Letter::T, whole_number(self.modal.tool)),
         ];
         let mut words = Words::NONE;
         for (letter, value) in values.into_iter().filter(|(letter, _)| takes(*letter)) {
@@ -148,6 +148,15 @@ impl<const AXES: usize> Block<AXES> {
         if takes(Letter::T) && !keeps(Letter::T) {
             self.modal.tool = 0;
         }
+    }
+
+    /// Whether an M code of the line comes first, and the line has other words besides.
+    pub(super) fn has_rest(&self, own: OwnCodes<'_>) -> bool {
+        let found = own.found().filter(|_| self.groups.contains(Group::Own));
+        found.is_some_and(|(code, _)| {
+            let words = self.letters.without(Letters::taken_by(code)).without(N);
+            code.is_first() && (!words.is_empty() || !self.groups.without(OWN).is_empty())
+        })
     }
 
     /// Whether the line has nothing but probing, G4, G10 L1 or L20, tool length and G words of
@@ -228,7 +237,7 @@ impl<const AXES: usize> Block<AXES> {
         };
         *slot = value;
         if letter == Letter::T {
-            self.modal.tool = tool_number(tool)?;
+            self.modal.tool = tool_number(tool, context.dialect)?;
         }
         self.letters.insert(letter)?;
         if value < Number::default() && MAY_NOT_BE_NEGATIVE.contains(letter) {
@@ -270,19 +279,32 @@ const OF_M_CODES: Groups = Groups::of(&[
     Group::Own,
 ]);
 
+const OWN: Groups = Groups::of(&[Group::Own]);
+const N: Letters = Letters::of(&[Letter::N]);
+
 /// Groups of M codes that take words.
 pub(super) const WITH_WORDS: Groups = Groups::of(&[Group::Parking, Group::Own]);
 
 const MAY_NOT_BE_NEGATIVE: Letters =
     Letters::of(&[Letter::F, Letter::N, Letter::P, Letter::S, Letter::T]);
 
-/// The largest T word (GRBL: a byte).
-const MAX_TOOL: Number = Number::from_int(255);
+/// The largest T word: GRBL's is a byte. Where tools are changed, a program may have the numbers of
+/// its own library.
+fn largest_tool(dialect: &Dialect) -> u32 {
+    match dialect.tools {
+        true => u32::MAX,
+        false => 255,
+    }
+}
 
 /// The whole part of a T word. [`Block::take_value`] refuses a negative one.
-fn tool_number(value: Number) -> Result<u8, Status> {
-    if value > MAX_TOOL {
+fn tool_number(value: Number, dialect: &Dialect) -> Result<u32, Status> {
+    if value > whole_number(largest_tool(dialect)) {
         return Err(Status::ToolTooLarge);
     }
-    Ok(u8::try_from(value.trunc()).unwrap_or(0))
+    Ok(u32::try_from(value.trunc()).unwrap_or(0))
+}
+
+fn whole_number(number: u32) -> Number {
+    Number::from_nanos(i64::from(number) * 1_000_000_000)
 }

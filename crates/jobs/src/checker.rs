@@ -17,7 +17,7 @@ use frame::{is_in_machine_coordinates, Spans};
 use leadscrew_machine::config::{AxisKind, AxisMask, MachineConfig};
 use leadscrew_machine::extension::{Call, Extension};
 use leadscrew_machine::interpreter::{
-    ArcShape, Command, Commands, Context, Fault as LineFault, Feed, Interpreter, OffsetId,
+    ArcShape, Command, Commands, Context, Extent, Fault as LineFault, Feed, Interpreter, OffsetId,
     Own as Codes, OwnCodes, Rotation, Spindle, Strokes, ToolTable, Travel, Turn, WorkSystem,
 };
 use leadscrew_machine::protocol::alarm::Alarm;
@@ -232,9 +232,16 @@ impl<const AXES: usize> Checker<AXES> {
                 .config
                 .context(&self.settings, &reach, OwnCodes::some(&own))
         };
-        self.interpreter
+        let extent = self
+            .interpreter
             .interpret(line, &context, &mut commands)
             .map_err(refused)?;
+        let mut rest = Commands::new();
+        if extent == Extent::First {
+            self.interpreter
+                .interpret_rest(line, &context, &mut rest)
+                .map_err(refused)?;
+        }
         self.in_machine_coordinates = is_in_machine_coordinates(line);
         if self.in_machine_coordinates {
             self.see_switches(line);
@@ -242,6 +249,7 @@ impl<const AXES: usize> Checker<AXES> {
         let mut at = start;
         commands
             .iter()
+            .chain(&rest)
             .try_for_each(|command| self.check_command(&mut at, command))
     }
 

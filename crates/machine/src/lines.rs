@@ -5,7 +5,7 @@ use crate::activity::line::{LineKind, Origin};
 use crate::board::{Board, ChannelId, Instant};
 use crate::extension::{Call, Extension};
 use crate::interpreter::{
-    Command, Context, Coordinate, Fault, Own, OwnCodes, Spindle, ToolTable, Travel,
+    Command, Context, Coordinate, Extent, Fault, Own, OwnCodes, Spindle, ToolTable, Travel,
 };
 use crate::machine::{LineFault, Machine};
 use crate::program::startup::Turn;
@@ -118,6 +118,41 @@ where
             self.console.message(Message::CheckLimits);
             return self.refuse(origin, Status::Locked.into());
         }
+        match self.interpret(line, false) {
+            Ok(extent) => {
+                self.activity.line.begin(origin, LineKind::Program);
+                if extent == Extent::First {
+                    self.activity.rest = Line::from_slice(line).unwrap_or_default();
+                    self.activity.line.set_rest(true);
+                }
+                self.execute(board, now);
+            }
+            Err(fault) => self.refuse(origin, fault),
+        }
+    }
+
+    /// Goes on with the line under way after the M code that came first; returns whether the rest
+    /// was sound. A fault is answered, and no line is under way any more.
+    pub(crate) fn begin_rest(&mut self) -> bool {
+        self.activity.line.set_rest(false);
+        let line = core::mem::take(&mut self.activity.rest);
+        match self.interpret(&line, true) {
+            Ok(_) => {
+                self.activity.line.start_commands();
+                true
+            }
+            Err(fault) => {
+                if let Some(origin) = self.activity.line.finish() {
+                    self.refuse(origin, fault);
+                }
+                false
+            }
+        }
+    }
+
+    /// Puts the commands of a line into the executor; with `rest` those after the M code that comes
+    /// first.
+    fn interpret(&mut self, line: &[u8], rest: bool) -> Result<Extent, Fault> {
         let find = |number| self.extension.m_code(number);
         let check = |call: &Call| self.extension.check(call);
         let own = Own::new(&find, &check);
@@ -128,12 +163,12 @@ where
             ..self.config.context(&self.settings, &self.motion.reach, own)
         };
         let commands = self.activity.line.commands();
-        match self.program.interpreter.interpret(line, &context, commands) {
-            Ok(()) => {
-                self.activity.line.begin(origin, LineKind::Program);
-                self.execute(board, now);
-            }
-            Err(fault) => self.refuse(origin, fault),
+        let interpreter = &mut self.program.interpreter;
+        match rest {
+            true => interpreter
+                .interpret_rest(line, &context, commands)
+                .map(|()| Extent::Whole),
+            false => interpreter.interpret(line, &context, commands),
         }
     }
 
@@ -249,7 +284,7 @@ where
 
 /// The tool table of an extension, where there is one.
 fn tool_table<'a, X: Extension<AXES>, const AXES: usize>(
-    length: &'a dyn Fn(Option<u8>) -> Option<Coordinate>,
+    length: &'a dyn Fn(Option<u32>) -> Option<Coordinate>,
 ) -> ToolTable<'a> {
     match X::IN_USE {
         true => ToolTable::some(length),

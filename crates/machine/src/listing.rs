@@ -3,7 +3,7 @@
 //! and does not wait for the rest of the list.
 
 use crate::board::ChannelId;
-use crate::config::extruder;
+use crate::config::{extruder, AxisKind};
 use crate::console::Listing;
 use crate::extension::Extension;
 use crate::machine::Machine;
@@ -107,7 +107,7 @@ where
             return None;
         }
         let nth = row.checked_sub(Parameters::<AXES>::LINES)?;
-        let mut lengths = (1..=u8::MAX).filter_map(|tool| {
+        let mut lengths = (1..=u32::from(u8::MAX)).filter_map(|tool| {
             let length = self.extension.tool_length(Some(tool))?;
             (length != Coordinate::ZERO).then_some((tool, length))
         });
@@ -192,6 +192,10 @@ where
         if info.axis.is_some() && info.axis == extruder(&self.config.axes) {
             info.letter = 'E';
         }
-        Some(info)
+        let kind = info.axis.and_then(|axis| self.config.axes.get(axis));
+        match kind {
+            Some(AxisKind::Rotary) => Some(info.of_turns()),
+            _ => Some(info),
+        }
     }
 }

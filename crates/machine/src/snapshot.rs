@@ -9,6 +9,7 @@ use crate::interpreter::{
     WorkSystem,
 };
 use crate::machine::Machine;
+use crate::motion::measure::{is_plain, Measure};
 use crate::protocol::decimal;
 use crate::protocol::report::{
     self, Accessories, ModesReport, OptionsLine, OverridePercents, Parameters, Pins, ProbeReport,
@@ -125,7 +126,8 @@ where
         }
     }
 
-    /// The speed along the path as reports show it, mm/min: as in GRBL, 0 on the way to sleep.
+    /// The speed as reports show it, in the unit of F: mm/min, or degrees/min while axes turn and
+    /// no length changes. As in GRBL, 0 on the way to sleep.
     fn reported_feed(&self) -> f32 {
         match self.state {
             State::Sleep => 0.0,
@@ -136,7 +138,21 @@ where
             | State::Home
             | State::Door(_)
             | State::Alarm(_)
-            | State::Check => self.motion.speed() * 60.0,
+            | State::Check => self.motion.speed() * 60.0 / self.stretch_of_report(),
+        }
+    }
+
+    /// The speed along the path divided by the speed in the unit of F. Reports divide by 25.4 where
+    /// they are in inches, which degrees never are.
+    fn stretch_of_report(&self) -> f32 {
+        let ways = self.motion.running_ways();
+        let Some(ways) = ways.filter(|_| !is_plain(&self.config.axes)) else {
+            return 1.0;
+        };
+        let Measure { stretch, is_turn } = Measure::of(&self.config.axes, &ways);
+        match is_turn && self.report_units().inches {
+            true => stretch / 25.4,
+            false => stretch,
         }
     }
 

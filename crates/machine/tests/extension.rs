@@ -7,6 +7,7 @@ use crate::bench::flash::MockFlash;
 use crate::bench::{Memory, Session};
 use embedded_hal::digital::{ErrorType, OutputPin};
 use leadscrew_gcode::{Letter, Number};
+use leadscrew_machine::board::{Duration, Instant, SpindleOutput};
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::extension::{Call, Cx, Event, Extension, MCode, Shown, Step};
 use leadscrew_machine::protocol::alarm::Alarm;
@@ -353,7 +354,7 @@ struct Tool<'t> {
 
 impl Extension<3> for Tool<'_> {
     fn m_code(&self, number: u8) -> Option<MCode> {
-        (number == 3).then_some(MCode::with(&[Letter::S]).alone())
+        (number == 3).then_some(MCode::with(&[Letter::S]).first())
     }
 
     fn perform(&mut self, _: &Call, cx: &mut Cx<'_, 3>) -> Step<3> {
@@ -409,9 +410,134 @@ fn an_extension_can_move_until_its_switch_closes() {
     assert_eq!(session.line("M3S100"), ["ok"]);
     down.set(false);
     session.line("G90G0Z0");
-    assert_eq!(session.line("M3X1"), ["error:36"]);
+    assert_eq!(session.line("M3P1"), ["error:36"]);
     let lines = session.line("M3");
     assert!(lines.contains(&"ALARM:5".to_owned()), "{lines:?}");
+}
+
+#[test]
+fn motion_beside_a_code_that_moves_begins_where_the_code_has_ended() {
+    let down = Cell::new(false);
+    let mut memory = Memory::new();
+    let extension = Tool {
+        down: &down,
+        phase: 0,
+    };
+    let mut session = boot(&mut memory, extension);
+    session.send("G1X1F600\nG91X2Z1M3S7\n");
+    session.until(|session| session.pins.position[2] <= -4 * 250);
+    assert_eq!(session.pins.position[0], 250, "the code comes first");
+    down.set(true);
+    session.until(|session| session.pins.position[0] > 250);
+    let lowest = session.pins.position[2];
+    session.until_quiet();
+    assert_eq!(session.lines(), ["ok", "ok"]);
+    let [x, _, z] = session.pins.position;
+    assert_eq!(x, 3 * 250);
+    assert!((lowest..=lowest + 250).contains(&z), "{lowest} {z}");
+    assert!(
+        session.line("$G")[0].contains(" S0]"),
+        "its S is the code's"
+    );
+}
+
+/// Notes each code, and whether an axis has moved before it; takes 10 ms for it.
+struct Log<'l> {
+    codes: &'l RefCell<Vec<(u8, bool)>>,
+    ends: Option<Instant>,
+}
+
+impl Extension<3> for Log<'_> {
+    fn m_code(&self, number: u8) -> Option<MCode> {
+        matches!(number, 62 | 104).then_some(MCode::with(&[Letter::P]))
+    }
+
+    fn perform(&mut self, call: &Call, cx: &mut Cx<'_, 3>) -> Step<3> {
+        match self.ends {
+            Some(end) if cx.now >= end => Step::Done,
+            Some(end) => Step::Wait(Some(end)),
+            None => {
+                let moved = cx.position != [Coordinate::ZERO; 3];
+                self.codes.borrow_mut().push((call.code, moved));
+                let end = cx.now + Duration::from_ticks(10_000);
+                self.ends = Some(end);
+                Step::Wait(Some(end))
+            }
+        }
+    }
+}
+
+#[test]
+fn codes_below_100_come_before_the_spindle_and_the_others_after_the_coolant() {
+    for (code, spindle_is_on) in [(62, false), (104, true)] {
+        let log = RefCell::default();
+        let mut memory = Memory::new();
+        let extension = Log {
+            codes: &log,
+            ends: None,
+        };
+        let mut session = boot(&mut memory, extension);
+        session.send(format!("M3S500M8G1X1F600M{code}P1\n"));
+        session.until(|_| !log.borrow().is_empty());
+        assert_eq!(
+            session.pins.spindle != SpindleOutput::Off,
+            spindle_is_on,
+            "M{code}"
+        );
+        assert_eq!(session.pins.coolant.flood, spindle_is_on, "M{code}");
+        session.until_quiet();
+        assert_eq!(
+            *log.borrow(),
+            [(code, false)],
+            "M{code} comes before motion"
+        );
+        assert_eq!(session.pins.position[0], 250, "M{code}");
+        assert_eq!(session.lines(), ["ok"]);
+    }
+}
+
+/// Raises an alarm with M151 and refuses the line; M152 sends a long message, M153 a long line.
+struct Loud;
+
+impl Extension<3> for Loud {
+    fn m_code(&self, number: u8) -> Option<MCode> {
+        matches!(number, 151..=153).then_some(MCode::PLAIN)
+    }
+
+    fn perform(&mut self, call: &Call, cx: &mut Cx<'_, 3>) -> Step<3> {
+        let long = "\u{e4}".repeat(150);
+        match call.code {
+            151 => {
+                cx.alarm(Alarm::Own(220));
+                return Step::Refuse(Status::Own(220));
+            }
+            152 => cx.message(format_args!("a{long}")),
+            _ => cx.line(format_args!("[{long}")),
+        }
+        Step::Done
+    }
+}
+
+#[test]
+fn a_line_that_is_refused_with_an_alarm_is_answered_with_the_refusal() {
+    let mut memory = Memory::new();
+    let mut session = boot(&mut memory, Loud);
+    let said = session.line("M151G1X1F600");
+    assert_eq!(said[0], "ALARM:220");
+    assert_eq!(said.last().unwrap(), "error:220", "{said:?}");
+    assert!(!said.contains(&"ok".to_owned()), "{said:?}");
+    assert!(session.status().starts_with("<Alarm|"));
+}
+
+#[test]
+fn a_text_that_is_too_long_is_cut_between_two_letters() {
+    let mut memory = Memory::new();
+    let mut session = boot(&mut memory, Loud);
+    let letters = |count| "\u{e4}".repeat(count);
+    let said = session.line("M152");
+    assert_eq!(said, [format!("[MSG:a{}]", letters(99)), "ok".to_owned()]);
+    let said = session.line("M153");
+    assert_eq!(said, [format!("[{}", letters(99)), "ok".to_owned()]);
 }
 
 /// Puts M150 aside, and finds a fault just then.
@@ -419,7 +545,7 @@ struct Faulty([u8; 64]);
 
 impl Extension<3> for Faulty {
     fn m_code(&self, number: u8) -> Option<MCode> {
-        (number == 150).then_some(MCode::PLAIN.alone())
+        (number == 150).then_some(MCode::PLAIN.first())
     }
 
     fn perform(&mut self, _: &Call, _: &mut Cx<'_, 3>) -> Step<3> {

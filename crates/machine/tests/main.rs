@@ -7,6 +7,7 @@ mod gates;
 mod homing;
 mod nonsense;
 mod reports;
+mod rotary;
 mod rules;
 mod session;
 mod silent_interrupt;

@@ -103,6 +103,19 @@ impl SettingInfo {
         }
     }
 
+    /// The same setting of an axis that turns: its unit counts degrees.
+    #[must_use]
+    pub fn of_turns(mut self) -> Self {
+        self.row.unit = match self.row.unit {
+            "step/mm" => "step/deg",
+            "mm/min" => "deg/min",
+            "mm/s2" => "deg/s2",
+            "mm" => "deg",
+            other => other,
+        };
+        self
+    }
+
     /// Data type (0 switch, 1 bits, 4 axes, 5 whole, 6 decimal), format, least and most.
     fn range(&self, f: &mut fmt::Formatter<'_>, kind: Kind) -> fmt::Result {
         match kind {

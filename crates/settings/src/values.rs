@@ -270,6 +270,10 @@ impl<const AXES: usize> Settings<AXES> {
             Key::Machine(Setting::SoftLimits) if value != ZERO && !self.is_on(Setting::Homing) => {
                 Err(Status::SoftLimitsNeedHoming)
             }
+            // 0 is for ever; a time that prints as 0 would be restored as that.
+            Key::Machine(Setting::LaserPatience) if value != ZERO && value < MILLI => {
+                Err(Status::OutOfRange)
+            }
             // Each is checked by itself: steps/mm for an axis at 1 mm/s, a rate for an axis with 1
             // step/mm.
             Key::Axis(AxisSetting::StepsPerMm, _) if value.nanos() > rate => {
@@ -332,6 +336,8 @@ impl SettingLine {
 
 /// One, in 10⁻⁹.
 const ONE: i64 = 1_000_000_000;
+/// The least time that `$$` does not print as 0.
+const MILLI: Number = Number::from_nanos(ONE / 1_000);
 
 /// Returns the value as a setting of this kind keeps it.
 ///
@@ -355,6 +361,8 @@ fn fitted(kind: Kind, value: Number) -> Result<Number, Status> {
         Kind::Switch => whole(255).map(|value| Number::from_int(i32::from(value != ZERO))),
         Kind::Whole { max } => whole(max),
         Kind::Decimal { zero: false, .. } if value == ZERO => Err(Status::OutOfRange),
+        // A number that is too large to be read becomes the largest one.
+        Kind::Decimal { .. } if value == Number::MAX => Err(Status::OutOfRange),
         Kind::Decimal { .. } => Ok(value),
         Kind::Signed { most } => {
             let fits = value.nanos().unsigned_abs() <= u64::from(most) * ONE as u64;

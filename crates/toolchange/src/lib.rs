@@ -12,7 +12,7 @@ use leadscrew_machine::protocol::status::Status;
 use leadscrew_machine::settings::table::Row;
 use leadscrew_machine::state::State;
 use leadscrew_planner::Coordinate;
-use settings::{tool_of, CLEARANCE, FIRST_LENGTH, RETURN_RATE, SPIN_UP};
+use settings::{tool_of, CLEARANCE, FIRST_LENGTH, LONGEST, RETURN_RATE, SPIN_UP};
 
 pub use settings::TOOLS;
 
@@ -75,8 +75,8 @@ pub struct ToolChange<const AXES: usize, const KEPT: usize> {
     rate: Number,
     lengths: [Number; TOOLS],
     /// The tool in the spindle; 0 where it is not known.
-    loaded: u8,
-    wanted: u8,
+    loaded: u32,
+    wanted: u32,
     phase: Phase,
     /// The position at which the program stopped, and the work offset at that time.
     left_at: [Coordinate; AXES],
@@ -103,7 +103,7 @@ impl<const AXES: usize, const KEPT: usize> ToolChange<AXES, KEPT> {
     }
 
     /// The tool in the spindle; 0 where it is not known.
-    pub const fn loaded(&self) -> u8 {
+    pub const fn loaded(&self) -> u32 {
         self.loaded
     }
 
@@ -183,15 +183,20 @@ impl<const AXES: usize, const KEPT: usize> ToolChange<AXES, KEPT> {
 /// line.
 ///
 /// # Errors
-/// The number is not within 0 to 255.
-fn tool_number(call: &Call) -> Result<u8, Status> {
+/// The number does not fit 32 bits.
+fn tool_number(call: &Call) -> Result<u32, Status> {
     let tool = call.words.get(Letter::T).unwrap_or_default().trunc();
-    u8::try_from(tool).map_err(|_| Status::ToolTooLarge)
+    u32::try_from(tool).map_err(|_| Status::ToolTooLarge)
+}
+
+/// The place of a tool in the table; tool 0 has none.
+fn place_of(tool: u32) -> Option<usize> {
+    usize::try_from(tool.checked_sub(1)?).ok()
 }
 
 impl<const AXES: usize, const KEPT: usize> Extension<AXES> for ToolChange<AXES, KEPT> {
     fn m_code(&self, number: u8) -> Option<MCode> {
-        (number == 6).then_some(MCode::with(&[Letter::T]).alone())
+        (number == 6).then_some(MCode::with(&[Letter::T]).first())
     }
 
     fn check(&self, call: &Call) -> Result<(), Status> {
@@ -248,21 +253,24 @@ impl<const AXES: usize, const KEPT: usize> Extension<AXES> for ToolChange<AXES, 
         &mut self.kept
     }
 
-    fn tool_length(&self, tool: Option<u8>) -> Option<Coordinate> {
+    fn tool_length(&self, tool: Option<u32>) -> Option<Coordinate> {
         match tool.unwrap_or(self.loaded) {
             0 => Some(Coordinate::ZERO),
             tool => {
-                let length = self.lengths.get(usize::from(tool) - 1)?;
+                let length = self.lengths.get(place_of(tool)?)?;
                 Some(Coordinate::from_nanos(length.nanos()))
             }
         }
     }
 
-    fn set_tool_length(&mut self, tool: u8, length: Coordinate) -> Result<u16, Status> {
-        let index = usize::from(tool).checked_sub(1);
-        let place = index.and_then(|index| self.lengths.get_mut(index));
-        *place.ok_or(Status::OutOfRange)? = Number::from_nanos(length.nanos());
-        Ok(FIRST_LENGTH + u16::from(tool) - 1)
+    fn set_tool_length(&mut self, tool: u32, length: Coordinate) -> Result<u16, Status> {
+        let index = place_of(tool).ok_or(Status::NoSuchTool)?;
+        if length.nanos().unsigned_abs() > u64::from(LONGEST) * 1_000_000_000 {
+            return Err(Status::OutOfRange);
+        }
+        let place = self.lengths.get_mut(index).ok_or(Status::NoSuchTool)?;
+        *place = Number::from_nanos(length.nanos());
+        Ok(FIRST_LENGTH + index as u16)
     }
 
     fn report(&self, fields: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -54,7 +54,7 @@ pub(crate) static RETURN_RATE: Row = Row {
 pub(crate) const FIRST_LENGTH: u16 = 881;
 
 /// The longest tool, mm.
-const LONGEST: u32 = 1_000;
+pub(crate) const LONGEST: u32 = 1_000;
 
 const NAMES: [&str; TOOLS] = [
     "Tool 1 length",

@@ -343,11 +343,13 @@ fn g43_takes_lengths_from_the_table_that_g10_l1_fills() {
     assert_eq!(session.pins.position[2], -635);
     session.line("G49Z0");
     for (line, error) in [
-        ("G43H17", 52),
+        ("G43H17", 203),
         ("G43H3L1", 36),
-        ("G10L1P17Z1", 52),
-        ("G10L1P0Z1", 52),
+        ("G10L1P17Z1", 203),
+        ("G10L1P0Z1", 203),
         ("G10L1P3X1", 37),
+        ("G10L1P3Z1000.001", 52),
+        ("G10L1P3Z-1001", 52),
         ("H3", 36),
     ] {
         assert_eq!(session.line(line), [format!("error:{error}")], "{line}");
@@ -447,10 +449,7 @@ fn nothing_turns_or_burns_while_the_lines_of_the_sender_are_collected() {
 }
 
 #[test]
-fn m6_stands_alone_and_without_the_extension_all_of_it_is_refused_as_grbl_does() {
-    let mut memory = Memory::new();
-    let mut session = boot(&mut memory);
-    assert_eq!(session.line("T1M6X1"), ["error:36"]);
+fn without_the_extension_all_of_it_is_refused_as_grbl_does() {
     let mut memory = Memory::new();
     let mut stock = Session::boot(&mut memory, MachineConfig::grbl());
     for line in ["M6", "T1M6", "G43H1", "G10L1P1Z1"] {
@@ -469,6 +468,102 @@ fn check_mode_passes_over_a_tool_change() {
     session.line("$C");
     assert_eq!(session.line("T1M6"), ["ok"]);
     assert_eq!(session.line("G43H1"), ["ok"]);
+    assert_eq!(session.line("T2M6G43H2M3S500G1X1F600"), ["ok"]);
+}
+
+/// A line with a tool change, and what it has done once the operator has sent `~`: position in mm,
+/// spindle, flood, and the length in force.
+type After = (&'static str, [i32; 3], SpindleOutput, bool, &'static str);
+
+/// What LinuxCNC documents as the order of execution: tool, spindle, coolant, dwell, length,
+/// offsets, motion.
+#[test]
+fn the_other_words_of_a_line_follow_its_tool_change() {
+    use SpindleOutput::{Clockwise, Off};
+    const LINES: [After; 12] = [
+        ("T1M6G43H1", [0, 0, 5], Off, false, "2.000"),
+        ("G43H1T1M6", [0, 0, 5], Off, false, "2.000"),
+        ("T1M6G43", [0, 0, 5], Off, false, "2.000"),
+        ("N10T1M06S1000M3", [0, 0, 5], Clockwise, false, "0.000"),
+        ("M3S1000M8T1M6", [0, 0, 5], Clockwise, true, "0.000"),
+        ("G0X1T1M6", [1, 0, 5], Off, false, "0.000"),
+        ("T1M6G43H1G0Z6", [0, 0, 8], Off, false, "2.000"),
+        ("T1M6G91G1X2F600", [2, 0, 5], Off, false, "0.000"),
+        ("T1M6G4P0.1", [0, 0, 5], Off, false, "0.000"),
+        ("T1M6G92Z0", [0, 0, 5], Off, false, "0.000"),
+        ("T1M6G43.1Z3", [0, 0, 5], Off, false, "3.000"),
+        ("T1M6G28X1", [0, 0, 5], Off, false, "0.000"),
+    ];
+    for (line, place, spindle, flood, length) in LINES {
+        let mut memory = Memory::new();
+        let mut session = boot(&mut memory);
+        session.line("G10L1P1Z2");
+        session.line("G0Z5");
+        session.send(format!("{line}\n"));
+        session.wait_ms(500);
+        assert_eq!(session.lines(), ["[MSG:Tool 1, then ~]"], "{line}");
+        assert_eq!(session.pins.position, [0, 0, mm(5)], "{line}");
+        assert_eq!(session.pins.spindle, Off, "{line}");
+        session.send("~");
+        session.until_quiet();
+        assert_eq!(session.lines(), ["ok"], "{line}");
+        assert_eq!(session.pins.position, place.map(mm), "{line}");
+        assert_eq!(session.pins.spindle, spindle, "{line}");
+        assert_eq!(session.pins.coolant.flood, flood, "{line}");
+        let offsets = session.line("$#").join(" ");
+        assert!(
+            offsets.contains(&format!("[TLO:{length}]")),
+            "{line}: {offsets}"
+        );
+    }
+}
+
+#[test]
+fn the_rest_of_the_line_counts_from_the_zero_that_the_operator_has_set() {
+    let mut memory = Memory::new();
+    let mut session = boot(&mut memory);
+    session.line("G0X4Z5");
+    session.send("T1M6G90G0X1\nX2\n");
+    session.wait_ms(500);
+    session.line("G10L20P1X0");
+    session.send("~");
+    session.until(|session| session.pins.position[0] == mm(5));
+    session.until_quiet();
+    assert_eq!(session.pins.position[0], mm(6));
+}
+
+#[test]
+fn a_fault_of_any_word_beside_a_tool_change_refuses_the_line_before_it() {
+    let mut memory = Memory::new();
+    let mut session = boot(&mut memory);
+    for (line, answer) in [
+        ("T1M6G1X1", "error:22"),
+        ("T1M6P1", "error:36"),
+        ("T1M6G43H17", "error:203"),
+        ("T1M6M3M4", "error:21"),
+        ("T1M6G0X1G28Z0", "error:24"),
+        ("T4294967296M6G0X1", "error:38"),
+    ] {
+        assert_eq!(session.line(line), [answer], "{line}");
+    }
+    assert!(session.status().contains("|T:0"));
+    assert!(
+        session.line("$G")[0].contains(" T0 "),
+        "nothing is selected"
+    );
+}
+
+#[test]
+fn a_reset_in_the_tool_change_drops_the_rest_of_its_line() {
+    let mut memory = Memory::new();
+    let mut session = boot(&mut memory);
+    session.send("T1M6G0X1\n");
+    session.wait_ms(500);
+    session.send([0x18]);
+    session.wait_ms(50);
+    session.line("G0Y1");
+    session.until_quiet();
+    assert_eq!(session.pins.position, [0, mm(1), 0]);
 }
 
 #[test]
@@ -476,10 +571,30 @@ fn a_tool_number_that_no_t_can_have_is_refused_and_its_word_named() {
     let mut memory = Memory::new();
     let mut session = boot(&mut memory);
     session.line("$700=1");
-    let said = session.line("M6T256");
+    let said = session.line("M6T4294967296");
     assert_eq!(said, ["[MSG:The tool number is too large]", "error:38"]);
     assert!(session.status().starts_with("<Idle|"));
-    session.send("T255M6\n");
-    session.wait_ms(500);
-    assert_eq!(session.lines(), ["[MSG:Tool 255, then ~]"]);
+    for tool in ["256", "301", "4294967295"] {
+        session.send(format!("T{tool}M6\n"));
+        session.wait_ms(500);
+        assert_eq!(session.lines(), [format!("[MSG:Tool {tool}, then ~]")]);
+        session.send("~");
+        session.until_quiet();
+        assert_eq!(session.lines(), ["ok"]);
+        assert!(session.status().contains(&format!("|T:{tool}")));
+        assert!(session.line("$G")[0].contains(&format!(" T{tool} ")));
+    }
+    // The table ends at 16: a length beyond it is no length of this tool.
+    for line in [
+        "G43",
+        "G43H301",
+        "G43H17",
+        "G43H-1",
+        "G10L1P17Z1",
+        "G10L1P301Z1",
+    ] {
+        let said = session.line(line);
+        let text = "[MSG:The tool is not in the table of tool lengths]";
+        assert_eq!(said, [text, "error:203"], "{line}");
+    }
 }

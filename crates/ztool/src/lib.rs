@@ -129,7 +129,7 @@ fn height<const AXES: usize>(cx: &Cx<'_, AXES>) -> Coordinate {
 
 impl<P: ToolPort, const AXES: usize> Extension<AXES> for ZTool<P, AXES> {
     fn m_code(&self, number: u8) -> Option<MCode> {
-        matches!(number, 3..=5).then_some(MCode::with(&[Letter::S]).alone())
+        matches!(number, 3..=5).then_some(MCode::with(&[Letter::S]).first())
     }
 
     fn perform(&mut self, call: &Call, cx: &mut Cx<'_, AXES>) -> Step<AXES> {

@@ -10,7 +10,7 @@ mod extruder;
 mod offsets;
 mod path;
 
-use super::code::{Group, Groups, Letters, GROUPS_IN_JOGS};
+use super::code::{Group, Letters, GROUPS_IN_JOGS};
 use super::command::{ArcShape, OffsetId};
 use super::context::Context;
 use super::cycle::holes::Cycle;
@@ -66,7 +66,7 @@ pub(super) enum Effect<const AXES: usize> {
     SetOrigin(WorkSystem, [Coordinate; AXES]),
     SetG92([Coordinate; AXES]),
     /// The length of a tool in the table.
-    SetTool(u8, Coordinate),
+    SetTool(u32, Coordinate),
     /// Stores the position at which the line begins.
     Store(OffsetId),
     /// Goes to this position, by way of the target where there are axis words.
@@ -256,25 +256,23 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
             ToolLength::FromWord if self.block.axis_mask != 1 << TOOL_AXIS => {
                 Err(Refusal::g(Status::ToolLengthAxis, 43))
             }
-            ToolLength::FromWord => Ok(Some(storable(self.word(TOOL_AXIS)))),
+            ToolLength::FromWord => storable(TOOL_AXIS, self.word(TOOL_AXIS)).map(Some),
         }
     }
 
     /// G43: the length of tool H, or of the one in the spindle.
     fn table_length(&mut self) -> Result<Coordinate, Refusal> {
         let tool = match self.gives(H) {
-            true => Some(u8::try_from(self.block.h.trunc()).unwrap_or(u8::MAX)),
+            true => Some(u32::try_from(self.block.h.trunc()).unwrap_or(u32::MAX)),
             false => None,
         };
         self.unused = self.unused.without(H);
-        match tool {
-            Some(0) => Ok(Coordinate::ZERO),
-            tool => self
-                .context
-                .tools
-                .length(tool)
-                .ok_or(Refusal::words(Status::OutOfRange, H)),
-        }
+        let missing = match tool {
+            Some(0) => return Ok(Coordinate::ZERO),
+            Some(_) => Refusal::words(Status::NoSuchTool, H),
+            None => Refusal::g(Status::NoSuchTool, 43),
+        };
+        self.context.tools.length(tool).ok_or(missing)
     }
 
     /// The effect of the non-modal command, after the change of the tool length.
@@ -423,9 +421,7 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
     }
 }
 
-/// The words that no M code takes. If an M code has to stand alone, all words but its own and `N`
-/// are left over. If the line has words of other modal groups, the M word itself is left over as
-/// well.
+/// The words that no M code takes.
 fn left_by_m<const AXES: usize>(
     unused: Letters,
     block: &Block<AXES>,
@@ -439,12 +435,6 @@ fn left_by_m<const AXES: usize>(
     let Some((code, _)) = found.filter(|_| block.groups.contains(Group::Own)) else {
         return left;
     };
-    if code.is_alone() {
-        left = block.letters.without(N);
-        if !block.groups.without(Groups::of(&[Group::Own])).is_empty() {
-            left = left.with(M);
-        }
-    }
     left.without(Letters::taken_by(code))
 }
 
@@ -483,8 +473,10 @@ pub(super) fn out_of_range(axis: usize) -> Refusal {
     Refusal::words(Status::OutOfRange, axis_letter(axis))
 }
 
-/// The nearest offset within ±[`MAX_WORD`]. GRBL takes any offset, but cannot move to places beyond
-/// this range. Neither can this machine.
-fn storable(offset: Coordinate) -> Coordinate {
-    offset.clamp(-MAX_WORD, MAX_WORD)
+/// An offset of an axis, or its refusal beyond ±[`MAX_WORD`]: GRBL stores another one in its place.
+fn storable(axis: usize, offset: Coordinate) -> Result<Coordinate, Refusal> {
+    match (-MAX_WORD..=MAX_WORD).contains(&offset) {
+        true => Ok(offset),
+        false => Err(out_of_range(axis)),
+    }
 }

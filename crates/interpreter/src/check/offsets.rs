@@ -34,8 +34,8 @@ impl<const AXES: usize> Check<'_, AXES> {
         self.unused = self.unused.without(P).without(L);
         let old = self.state.offsets.get(OffsetId::Work(system));
         let origin = match others {
-            None => self.merge(old, |_, word| word),
-            Some(others) => self.merge(old, |axis, word| self.shift(&others, axis, word)),
+            None => self.merge(old, |_, word| word)?,
+            Some(others) => self.merge(old, |axis, word| self.shift(&others, axis, word))?,
         };
         Ok(Effect::SetOrigin(system, origin))
     }
@@ -45,13 +45,13 @@ impl<const AXES: usize> Check<'_, AXES> {
         if self.block.axis_mask != 1 << TOOL_AXIS {
             return Err(Refusal::g(Status::ToolLengthAxis, 10));
         }
-        let tool = u8::try_from(self.block.p.trunc());
-        let tool = tool.map_err(|_| Refusal::words(Status::ToolTooLarge, P))?;
+        let tool = u32::try_from(self.block.p.trunc()).unwrap_or(u32::MAX);
         if tool == 0 || self.context.tools.length(Some(tool)).is_none() {
-            return Err(Refusal::words(Status::OutOfRange, P));
+            return Err(Refusal::words(Status::NoSuchTool, P));
         }
         self.unused = self.unused.without(P).without(L);
-        Ok(Effect::SetTool(tool, self.word(TOOL_AXIS)))
+        let length = storable(TOOL_AXIS, self.word(TOOL_AXIS))?;
+        Ok(Effect::SetTool(tool, length))
     }
 
     /// The system that P names; the one in force where it is 0 or missing.
@@ -70,7 +70,7 @@ impl<const AXES: usize> Check<'_, AXES> {
         }
         let offsets = &self.state.offsets;
         let others = offsets.without_g92(self.block.modal.system, tool_length);
-        let offset = self.merge(offsets.g92(), |axis, word| self.shift(&others, axis, word));
+        let offset = self.merge(offsets.g92(), |axis, word| self.shift(&others, axis, word))?;
         Ok(Effect::SetG92(offset))
     }
 
@@ -79,19 +79,19 @@ impl<const AXES: usize> Check<'_, AXES> {
         pick(&self.state.position, axis) - pick(others, axis) - word
     }
 
-    /// The old offsets, with new ones on axes that have a word: no farther than
-    /// [`MAX_WORD`](crate::MAX_WORD).
+    /// The old offsets, with new ones on axes that have a word. One beyond
+    /// [`MAX_WORD`](crate::MAX_WORD) is refused.
     fn merge(
         &self,
         old: &[Coordinate; AXES],
         new: impl Fn(usize, Coordinate) -> Coordinate,
-    ) -> [Coordinate; AXES] {
+    ) -> Result<[Coordinate; AXES], Refusal> {
         let mut merged = *old;
         for (axis, merged) in merged.iter_mut().enumerate() {
             if self.moves(axis) {
-                *merged = storable(new(axis, self.word(axis)));
+                *merged = storable(axis, new(axis, self.word(axis)))?;
             }
         }
-        merged
+        Ok(merged)
     }
 }

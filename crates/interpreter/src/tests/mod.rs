@@ -55,7 +55,7 @@ impl<const AXES: usize> Bench<AXES> {
         let mut interpreter = self.interpreter.clone();
         let answer = interpreter.interpret(line, &self.context(), &mut commands);
         self.interpreter = interpreter;
-        answer.map(|()| commands)
+        answer.map(|_| commands)
     }
 
     pub(super) fn jog(&self, line: &str) -> Result<Option<Jog<AXES>>, Fault> {
@@ -121,7 +121,7 @@ pub(super) fn expect_at_power_up(answers: &[(&str, u8)]) {
 }
 
 /// The table of a machine with tools: number 1 is in the spindle, 3 mm long; 2 is 5 mm long.
-fn length_of_tool(tool: Option<u8>) -> Option<Coordinate> {
+fn length_of_tool(tool: Option<u32>) -> Option<Coordinate> {
     match tool {
         None | Some(1) => Some(mm(3.0)),
         Some(2) => Some(mm(5.0)),

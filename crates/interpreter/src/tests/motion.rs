@@ -1,7 +1,8 @@
 //! Where lines lead: units, distance modes, machine coordinates, arcs, probes.
 
 use super::Bench;
-use crate::AxisKind;
+use crate::{AxisKind, Feed};
+use leadscrew_gcode::Number;
 
 #[test]
 fn the_motion_mode_stays_and_axis_words_alone_move() {
@@ -156,4 +157,22 @@ fn the_machine_says_where_a_probe_or_a_reset_ended() {
     let mut bench = Bench::<3>::after(&["G91"]);
     bench.interpreter.set_position([super::mm(1.5); 3]);
     assert_eq!(bench.run("G0X1"), ["RAPID X2.5 Y1.5 Z1.5"]);
+}
+
+/// NIST RS274/NGC, 2.1.2.5: F counts degrees where only axes move that turn, and degrees have no
+/// inches.
+#[test]
+fn the_feed_of_rotary_axes_alone_is_in_degrees() {
+    let mut bench = Bench::<4>::new();
+    bench.axes[3] = AxisKind::Rotary;
+    assert_eq!(bench.run("G20G1A36F600"), ["FEED X0 Y0 Z0 A36 F600"]);
+    assert_eq!(bench.run("X1A72"), ["FEED X25.4 Y0 Z0 A72 F15240"]);
+    assert_eq!(bench.run("X1A36"), ["FEED X25.4 Y0 Z0 A36 F600"]);
+    assert_eq!(bench.run("G21A0"), ["FEED X25.4 Y0 Z0 A0 F15240"]);
+    let jog = bench.jog("G20G91A9F600").unwrap().unwrap();
+    assert_eq!(jog.travel.feed, Feed::PerMinute(Number::from_int(600)));
+    let jog = bench.jog("G20G91X1A9F600").unwrap().unwrap();
+    assert_eq!(jog.travel.feed, Feed::PerMinute(Number::from_int(15_240)));
+    bench.axes[3] = AxisKind::Linear;
+    assert_eq!(bench.run("G20G1A1F1"), ["FEED X25.4 Y0 Z0 A25.4 F25.4"]);
 }

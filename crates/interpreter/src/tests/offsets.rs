@@ -117,3 +117,36 @@ fn an_offset_from_the_store_applies_at_once() {
     bench.interpreter.load_offset(id, [super::mm(3.0); 3]);
     assert_eq!(bench.run("G0X1Y1Z1"), ["RAPID X4 Y4 Z4"]);
 }
+
+/// Grbl stores 2147483.648, or what the sum wraps to.
+#[test]
+fn an_offset_that_does_not_fit_is_refused_and_nothing_of_it_is_stored() {
+    let far = "99999999999999";
+    for line in [
+        "G10L2P1X",
+        "G10L2P1X-",
+        "G10L20P1X",
+        "G92X",
+        "G92X-",
+        "G43.1Z",
+        "G43.1Z-",
+    ] {
+        for word in [far, "1000000000.001", "9223372036.854775807"] {
+            let mut bench = Bench::<3>::after(&["G10L2P1Y2"]);
+            let before = bench.interpreter.clone();
+            assert_eq!(
+                bench.answer(&std::format!("{line}{word}")),
+                52,
+                "{line}{word}"
+            );
+            assert!(bench.interpreter == before, "{line}{word}");
+        }
+    }
+    // The sum of position, other offsets and word counts, not the word alone.
+    let mut bench = Bench::<3>::after(&["G10L2P1X600000000", "G92X-300000000"]);
+    assert_eq!(bench.answer("G92X-400000000"), 0);
+    assert_eq!(bench.answer("G92X-900000000"), 0);
+    bench.run("G10L2P1X-900000000");
+    assert_eq!(bench.answer("G92X-200000000"), 52);
+    assert_eq!(bench.answer("G10L2P1X1000000000"), 0);
+}

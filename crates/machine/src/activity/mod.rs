@@ -15,6 +15,7 @@ pub(crate) mod homing;
 pub(crate) mod line;
 pub(crate) mod switch_cycle;
 
+use crate::protocol::serial::LINE;
 use aside::{Aside, Kept};
 use door_cycle::DoorCycle;
 use line::Executor;
@@ -28,6 +29,9 @@ pub(crate) struct Activity<const AXES: usize> {
     pub(crate) door: Option<DoorCycle<AXES>>,
     /// An M code that is put aside.
     pub(crate) aside: Option<Aside>,
+    /// The line whose other words wait for an M code that comes first: see
+    /// [`Executor::has_rest`](line::Executor::has_rest).
+    pub(crate) rest: heapless::Vec<u8, LINE>,
     /// Lines that were kept while an M code was put aside, and that are not taken yet.
     pub(crate) kept: Option<Kept>,
 }
@@ -40,6 +44,7 @@ impl<const AXES: usize> Activity<AXES> {
             switch_cycle: None,
             door: None,
             aside: None,
+            rest: heapless::Vec::new(),
             kept: None,
         }
     }

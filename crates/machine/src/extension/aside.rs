@@ -36,11 +36,11 @@ where
         aside.is_some_and(|aside| aside.phase != Phase::Returning)
     }
 
-    /// Puts the M code under way aside. Refuses its line unless the code stands alone on the line
+    /// Puts the M code under way aside. Refuses its line unless the code comes first on its line
     /// and motion rests.
     pub(super) fn begin_aside(&mut self, call: &Call, shown: Shown, now: Instant) -> Progress {
-        let alone = self.extension.m_code(call.code);
-        let fits = alone.is_some_and(|code| code.is_alone()) && self.motion.is_idle();
+        let first = self.extension.m_code(call.code);
+        let fits = first.is_some_and(|code| code.is_first()) && self.motion.is_idle();
         let kept_for = self.activity.kept.map(|kept| Origin::Channel(kept.id));
         let fits = |origin: &Origin| fits && kept_for.is_none_or(|of| of == *origin);
         let Some(origin) = self.activity.line.origin().filter(fits) else {
@@ -59,6 +59,7 @@ where
             origin,
             shown,
             modal: *self.program.interpreter.modal(),
+            has_rest: self.activity.line.has_rest(),
             kept,
         });
         self.wait_own(OwnWait::Turn(Some(now + SETTLE)))
@@ -114,7 +115,11 @@ where
         if let Some(aside) = &mut self.activity.aside {
             aside.phase = Phase::Waiting;
             let call = aside.call;
-            self.ask_of_line(board, now, |extension, cx| extension.set_aside(&call, cx));
+            let ((), raised) =
+                self.ask_of_line(now, |extension, cx| extension.set_aside(&call, cx));
+            if let Some(alarm) = raised {
+                self.stop_for(alarm, board, now);
+            }
         }
         if !self.activity.line.is_busy() {
             return; // the extension raised an alarm, which ended its line
@@ -135,6 +140,7 @@ where
         };
         aside.phase = Phase::Returning;
         let (call, origin, modal) = (aside.call, aside.origin, aside.modal);
+        let has_rest = aside.has_rest;
         self.program.interpreter.restore_modes(&modal);
         self.program.work_offset = *self.program.interpreter.work_offset();
         self.console.cadence.work_offset_changed();
@@ -148,6 +154,7 @@ where
         // The first of an empty list always fits.
         let _ = commands.push(Command::Own(call));
         self.activity.line.begin(origin, LineKind::Program);
+        self.activity.line.set_rest(has_rest);
         self.wait_own(OwnWait::Turn(None));
         true
     }

@@ -15,11 +15,15 @@ pub type Comment = String<COMMENT>;
 /// Where an extension's lines go.
 pub trait Out {
     /// Sends a line to the sender whose line is carried out, or to all where there is no such
-    /// sender. The text comes without a line end.
+    /// sender. The text comes without a line end, and is cut behind [`LONGEST_TEXT`] bytes.
     fn line(&mut self, line: fmt::Arguments<'_>);
-    /// Sends `[MSG:text]` to all.
+    /// Sends `[MSG:text]` to all; `text` is cut behind [`LONGEST_TEXT`] bytes.
     fn message(&mut self, text: fmt::Arguments<'_>);
 }
+
+/// The longest text of an extension's line or message, bytes: with the alarm before it, it fits the
+/// room that a message may take. What is longer is cut.
+pub const LONGEST_TEXT: usize = 200;
 
 /// The machine as an extension sees it during one call.
 pub struct Cx<'a, const AXES: usize> {
@@ -68,12 +72,13 @@ impl<'a, const AXES: usize> Cx<'a, AXES> {
     }
 
     /// Sends a line to the sender whose line is carried out. In
-    /// [`Extension::poll`](super::Extension::poll), sends it to all.
+    /// [`Extension::poll`](super::Extension::poll), sends it to all. At most [`LONGEST_TEXT`] bytes
+    /// of it are sent.
     pub fn line(&mut self, line: fmt::Arguments<'_>) {
         self.out.line(line);
     }
 
-    /// Sends `[MSG:text]` to all.
+    /// Sends `[MSG:text]` to all, with at most [`LONGEST_TEXT`] bytes of `text`.
     pub fn message(&mut self, text: fmt::Arguments<'_>) {
         self.out.message(text);
     }
@@ -95,7 +100,8 @@ impl<'a, const AXES: usize> Cx<'a, AXES> {
     }
 
     /// Locks the machine after this call: motion stops at once, spindle and coolant go off, the
-    /// line under way is answered.
+    /// line under way is answered: with the error of [`Step::Refuse`](super::Step::Refuse), if the
+    /// same call refuses it, and otherwise with `ok`.
     pub fn alarm(&mut self, alarm: Alarm) {
         self.alarm = Some(alarm);
     }

@@ -1,6 +1,6 @@
 //! The machine's side: asks the extension, and carries its answers out.
 
-use super::{Asked, Call, Cx, Event, Extension, Gate, Out, Step};
+use super::{Asked, Call, Cx, Event, Extension, Gate, Out, Step, LONGEST_TEXT};
 use crate::activity::line::{LineKind, Origin, OwnWait, Progress};
 use crate::board::{Board, ChannelId, Instant};
 use crate::console::Console;
@@ -24,13 +24,43 @@ struct Voice<'a, 'c> {
 impl Out for Voice<'_, '_> {
     fn line(&mut self, line: fmt::Arguments<'_>) {
         match self.to {
-            Some(id) => self.console.line(id, line),
-            None => self.console.broadcast(line),
+            Some(id) => self.console.line(id, Start(line)),
+            None => self.console.broadcast(Start(line)),
         }
     }
 
     fn message(&mut self, text: fmt::Arguments<'_>) {
-        self.console.say(format_args!("[MSG:{text}]"));
+        self.console.say(format_args!("[MSG:{}]", Start(text)));
+    }
+}
+
+/// The first [`LONGEST_TEXT`] bytes of a text.
+struct Start<'a>(fmt::Arguments<'a>);
+
+impl fmt::Display for Start<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let room = LONGEST_TEXT;
+        // The end of the room ends the writing.
+        let _ = fmt::write(&mut Room { to: f, room }, self.0);
+        Ok(())
+    }
+}
+
+/// Takes text while there is room.
+struct Room<'a, 'f> {
+    to: &'a mut fmt::Formatter<'f>,
+    room: usize,
+}
+
+impl fmt::Write for Room<'_, '_> {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        let end = text.floor_char_boundary(self.room);
+        self.room -= end;
+        self.to.write_str(text.get(..end).unwrap_or_default())?;
+        match end == text.len() {
+            true => Ok(()),
+            false => Err(fmt::Error),
+        }
     }
 }
 
@@ -98,11 +128,20 @@ where
         if let Some(not_yet) = self.ask_gate(&Asked::Code(call)) {
             return not_yet;
         }
-        let step = self.ask_of_line(board, now, |extension, cx| extension.perform(call, cx));
-        if !self.activity.line.is_busy() {
-            return Progress::Wait; // the extension raised an alarm, which ended its line
+        let (step, raised) = self.ask_of_line(now, |extension, cx| extension.perform(call, cx));
+        let Some(alarm) = raised else {
+            return self.follow(step, call, board, now);
+        };
+        // The alarm ends the line. If it is refused, too, its answer is the refusal.
+        let refused = match step {
+            Step::Refuse(status) => self.activity.line.finish().zip(Some(status)),
+            _ => None,
+        };
+        self.stop_for(alarm, board, now);
+        if let Some((origin, status)) = refused {
+            self.refuse(origin, status.into());
         }
-        self.follow(step, call, board, now)
+        Progress::Wait
     }
 
     /// Whether the M code under way may be asked again.
@@ -238,11 +277,11 @@ where
         board: &mut B,
         now: Instant,
     ) -> Progress {
-        let alone = self
+        let first = self
             .extension
             .m_code(call.code)
-            .is_some_and(|code| code.is_alone());
-        if !alone || !self.motion.is_idle() || rate <= Number::default() {
+            .is_some_and(|code| code.is_first());
+        if !first || !self.motion.is_idle() || rate <= Number::default() {
             return self.refuse_own(Status::InvalidTarget);
         }
         if !self.is_within_travel(&target) {
@@ -250,7 +289,7 @@ where
         }
         let next = Move {
             target,
-            feed: Feed::PerMinute(rate.to_f32() / 60.0),
+            feed: self.feed_to(&target, Feed::PerMinute(rate.to_f32() / 60.0)),
             power: match self.tool.spindle.is_laser() {
                 true => MovePower::Off,
                 false => MovePower::Spindle {
@@ -280,6 +319,20 @@ where
         now: Instant,
         call: impl FnOnce(&mut X, &mut Cx<'_, AXES>) -> R,
     ) -> R {
+        let (answer, raised) = self.call(to, now, call);
+        if let Some(alarm) = raised {
+            self.stop_for(alarm, board, now);
+        }
+        answer
+    }
+
+    /// Calls the extension with a [`Cx`]; returns its answer and the alarm that it asks for.
+    fn call<R>(
+        &mut self,
+        to: Option<ChannelId>,
+        now: Instant,
+        call: impl FnOnce(&mut X, &mut Cx<'_, AXES>) -> R,
+    ) -> (R, Option<Alarm>) {
         let (position, at_rest) = (self.motion.position(), self.motion.is_idle());
         let console = &mut self.console;
         let mut voice = Voice { console, to };
@@ -288,26 +341,22 @@ where
         let answer = call(&mut self.extension, &mut cx);
         let (raised, outputs) = (cx.raised(), cx.outputs());
         self.motion.outputs = self.motion.outputs.then(outputs);
-        if let Some(alarm) = raised {
-            self.stop_for(alarm, board, now);
-        }
-        answer
+        (answer, raised)
     }
 
     /// Calls the extension for the line under way: its answers go to the sender of the line, and it
     /// can read the line's comment.
-    pub(super) fn ask_of_line<B: Board, R>(
+    pub(super) fn ask_of_line<R>(
         &mut self,
-        board: &mut B,
         now: Instant,
         call: impl FnOnce(&mut X, &mut Cx<'_, AXES>) -> R,
-    ) -> R {
+    ) -> (R, Option<Alarm>) {
         let asker = match self.activity.line.origin() {
             Some(Origin::Channel(id)) => Some(id),
             Some(Origin::Startup(_) | Origin::Nobody) | None => None,
         };
         let comment = asker.map(|id| self.console.comment(id));
-        self.ask(asker, board, now, |extension, cx| {
+        self.call(asker, now, |extension, cx| {
             cx.comment = comment.unwrap_or_default();
             call(extension, cx)
         })
@@ -315,7 +364,7 @@ where
 
     /// Stops the machine for an alarm of the extension, once: the extension may ask for the alarm
     /// at every turn.
-    fn stop_for<B: Board>(&mut self, alarm: Alarm, board: &mut B, now: Instant) {
+    pub(super) fn stop_for<B: Board>(&mut self, alarm: Alarm, board: &mut B, now: Instant) {
         if !matches!(self.state, State::Alarm(_)) {
             self.abort(alarm, board, now);
         }

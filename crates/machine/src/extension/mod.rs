@@ -29,7 +29,7 @@ mod own_code;
 mod pair;
 mod settings;
 
-pub use cx::{Comment, Cx, Out};
+pub use cx::{Comment, Cx, Out, LONGEST_TEXT};
 
 use crate::board::Instant;
 use crate::guard::Load;
@@ -129,7 +129,7 @@ pub trait Extension<const AXES: usize> {
 
     /// The length of tool number `tool`, or of the tool in the spindle where `tool` is `None`: for
     /// G43. Returns `None` where there is no such tool.
-    fn tool_length(&self, tool: Option<u8>) -> Option<Coordinate> {
+    fn tool_length(&self, tool: Option<u32>) -> Option<Coordinate> {
         let _ = tool;
         None
     }
@@ -138,7 +138,7 @@ pub trait Extension<const AXES: usize> {
     ///
     /// # Errors
     /// The answer to the line.
-    fn set_tool_length(&mut self, tool: u8, length: Coordinate) -> Result<u16, Status> {
+    fn set_tool_length(&mut self, tool: u32, length: Coordinate) -> Result<u16, Status> {
         let _ = (tool, length);
         Err(Status::UnsupportedCommand)
     }
@@ -226,19 +226,19 @@ pub enum Step<const AXES: usize> {
     Wait(Option<Instant>),
     /// Ask again once all motion has ended.
     Rest,
-    /// Go straight to the target, and ask again at every turn on the way. For an M code that stands
-    /// alone on its line. Motion that was planned before has to have ended ([`Step::Rest`]). A
+    /// Go straight to the target, and ask again at every turn on the way. For an M code that comes
+    /// first on its line. Motion that was planned before has to have ended ([`Step::Rest`]). A
     /// laser is dark on the way.
     Move {
         /// Machine position. Outside the travel it is ALARM:2, with soft limits.
         target: [Coordinate; AXES],
-        /// Speed along the path, mm/min, above 0.
+        /// Speed along the path, mm/min, above 0; as of F where axes turn.
         rate: Number,
     },
     /// Slow down on the way to a target of [`Step::Move`], forget the rest of it, and ask again at
     /// rest.
     Stop,
-    /// Put the line aside. For an M code that stands alone on its line, at rest. Spindle and
+    /// Put the line aside. For an M code that comes first on its line, at rest. Spindle and
     /// coolant go off, the line has no answer yet, and lines that its sender has sent already go to
     /// [`Extension::kept`]. Until `~` the operator has the machine: `$J`, `$H`, `$X` and `$`
     /// questions, G38, G10 L1 and L20, G43.1, G49 and words of modes are obeyed, all else is

@@ -69,11 +69,11 @@ where
         self.as_mut().map(X::kept).unwrap_or_default()
     }
 
-    fn tool_length(&self, tool: Option<u8>) -> Option<Coordinate> {
+    fn tool_length(&self, tool: Option<u32>) -> Option<Coordinate> {
         self.as_ref()?.tool_length(tool)
     }
 
-    fn set_tool_length(&mut self, tool: u8, length: Coordinate) -> Result<u16, Status> {
+    fn set_tool_length(&mut self, tool: u32, length: Coordinate) -> Result<u16, Status> {
         match self {
             Some(own) => own.set_tool_length(tool, length),
             None => Err(Status::UnsupportedCommand),

@@ -95,12 +95,12 @@ where
         }
     }
 
-    fn tool_length(&self, tool: Option<u8>) -> Option<Coordinate> {
+    fn tool_length(&self, tool: Option<u32>) -> Option<Coordinate> {
         let (one, other) = self;
         one.tool_length(tool).or_else(|| other.tool_length(tool))
     }
 
-    fn set_tool_length(&mut self, tool: u8, length: Coordinate) -> Result<u16, Status> {
+    fn set_tool_length(&mut self, tool: u32, length: Coordinate) -> Result<u16, Status> {
         let (one, other) = self;
         let set = one.set_tool_length(tool, length);
         match set {

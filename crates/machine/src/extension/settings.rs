@@ -54,7 +54,7 @@ where
     }
 
     /// Notes the length of a tool, and waits until it is stored.
-    pub(crate) fn perform_store_tool(&mut self, tool: u8, length: Coordinate) -> Progress {
+    pub(crate) fn perform_store_tool(&mut self, tool: u32, length: Coordinate) -> Progress {
         if !X::IN_USE || self.state == State::Check || self.activity.line.is_storing() {
             return Progress::Done;
         }

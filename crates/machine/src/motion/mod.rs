@@ -15,6 +15,7 @@
 //! Motion out of rest waits for lines that come together ([`Start`]).
 
 mod feed;
+pub(crate) mod measure;
 mod place;
 mod reserve;
 
@@ -306,6 +307,14 @@ where
         self.stopping = true;
         self.outputs = OutputChange::NONE;
         self.forget();
+    }
+
+    /// How far each axis goes in the move that runs, mm or degrees; `None` at rest.
+    pub(crate) fn running_ways(&self) -> Option<[f32; AXES]> {
+        match self.driver {
+            Driver::Program => self.program.planner.running_ways(),
+            Driver::Aside => self.aside.planner.running_ways(),
+        }
     }
 
     /// The speed along the path, mm/s; 0 at rest.

@@ -111,6 +111,12 @@ where
         direction
     }
 
+    /// How far each axis goes in the running move, mm; `None` if there is none.
+    pub fn running_ways(&self) -> Option<[f32; AXES]> {
+        let running = self.queue.running()?;
+        Some(self.axes_mm(running.delta))
+    }
+
     /// How far each axis goes where the motors make `delta` steps, mm.
     fn axes_mm(&self, delta: [i32; MOTORS]) -> [f32; AXES] {
         let mut motors_mm = [0.0; MOTORS];

@@ -33,7 +33,7 @@ pub struct ModesReport {
     /// 82 or 83, on a machine with an extruder.
     pub extrusion: Option<u8>,
     /// Tool of the last line.
-    pub tool: u8,
+    pub tool: u32,
     /// Programmed feed, mm/min (or 1/min in G93).
     pub feed: Number,
     /// Programmed spindle speed.

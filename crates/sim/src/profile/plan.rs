@@ -337,6 +337,13 @@ impl Profile {
         letters.chain((extruder == 1).then_some(EXTRUDER)).collect()
     }
 
+    /// The letters of the axes that turn.
+    pub fn turning(&self) -> Vec<char> {
+        let axes = self.letters().into_iter().zip(self.all_axes());
+        axes.filter_map(|(letter, axis)| axis.rotary.then_some(letter))
+            .collect()
+    }
+
     /// Steps of a whole turn of each axis's motor, where the file says it.
     pub fn steps_per_rev(&self) -> Vec<Option<f64>> {
         let turns = self.all_axes().map(|axis| axis.steps_per_rev);

@@ -13,7 +13,7 @@ pub(crate) struct ArcFeed<const AXES: usize> {
     /// The end of the next chord, drawn but not planned yet.
     next: Option<[Coordinate; AXES]>,
     /// The bounds of the speed on the arc; `None` on one without a radius, which is one chord.
-    pub(crate) curve: Option<Curve>,
+    curve: Option<Curve>,
 }
 
 impl<const AXES: usize> ArcFeed<AXES> {
@@ -45,6 +45,15 @@ impl<const AXES: usize> ArcFeed<AXES> {
     /// The end of the next chord; `None` once all are planned.
     pub(crate) fn peek(&self) -> Option<[Coordinate; AXES]> {
         self.next
+    }
+
+    /// The bounds of the speed along the path of all axes, which is `stretch` times as long as the
+    /// way on the arc.
+    pub(crate) fn curve_of(&self, stretch: f32) -> Option<Curve> {
+        self.curve.map(|curve| Curve {
+            radius: curve.radius * stretch * stretch,
+            ..curve
+        })
     }
 
     /// Goes on to the next chord.

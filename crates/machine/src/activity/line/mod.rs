@@ -11,7 +11,7 @@
 
 mod arc;
 mod cycle;
-mod extruder;
+mod feed;
 mod perform;
 mod probe;
 
@@ -104,6 +104,8 @@ pub(crate) struct Executor<const AXES: usize> {
     /// The rest of the cycle whose stroke is the next command.
     cycle: Option<Strokes<AXES>>,
     wait: Wait<AXES>,
+    /// Whether further words of the line follow its commands.
+    has_rest: bool,
 }
 
 impl<const AXES: usize> Executor<AXES> {
@@ -116,6 +118,7 @@ impl<const AXES: usize> Executor<AXES> {
             next: 0,
             cycle: None,
             wait: Wait::Nothing,
+            has_rest: false,
         }
     }
 
@@ -129,9 +132,26 @@ impl<const AXES: usize> Executor<AXES> {
     pub(crate) fn begin(&mut self, origin: Origin, kind: LineKind) {
         self.origin = Some(origin);
         self.kind = kind;
+        self.has_rest = false;
+        self.start_commands();
+    }
+
+    /// Begins with the first of [`Executor::commands`].
+    pub(crate) fn start_commands(&mut self) {
         self.next = 0;
         self.cycle = None;
         self.wait = Wait::Nothing;
+    }
+
+    /// Whether the line under way goes on after its commands: they are those of an M code that
+    /// comes first, and the other words are read once it is done.
+    pub(crate) fn has_rest(&self) -> bool {
+        self.has_rest
+    }
+
+    /// Notes whether the line goes on after its commands.
+    pub(crate) fn set_rest(&mut self, has_rest: bool) {
+        self.has_rest = has_rest;
     }
 
     /// Takes on a line that is carried out already; it is answered once its change is stored.

@@ -1,6 +1,7 @@
 //! Carries commands out: some are done at once, others are begun and waited for.
 
 use super::arc::{ArcFeed, CHORDS_A_POLL};
+use super::feed::stretched;
 use super::{LineKind, Progress, Wait};
 use crate::board::{Board, CoolantOutput, Duration, Instant, SpindleOutput};
 use crate::console::Discard;
@@ -40,6 +41,9 @@ where
         }
         for _ in 0..COMMANDS_A_POLL {
             let Some((command, kind)) = self.activity.line.current() else {
+                if self.activity.line.has_rest() && self.begin_rest() {
+                    continue;
+                }
                 return self.complete_line(board, now);
             };
             match self.perform(&command, kind, board, now) {
@@ -122,7 +126,7 @@ where
         let spindle = self.light_of(travel, kind);
         let next = Move {
             target: travel.target,
-            feed: self.feed_beside_e(feed(travel.feed, 1.0), &travel.target),
+            feed: self.feed_to(&travel.target, feed(travel.feed, 1.0)),
             power: self.move_power(&spindle),
             curve: None,
             rounding: self.program.interpreter.rounding(),
@@ -172,11 +176,12 @@ where
             return None;
         };
         let target = arc.peek()?;
+        let stretch = self.stretch_to(&target);
         let next = Move {
             target,
-            feed: self.feed_beside_e(feed(travel.feed, arc.shares(travel.feed)), &target),
+            feed: stretched(feed(travel.feed, arc.shares(travel.feed)), stretch),
             power: self.move_power(&spindle),
-            curve: arc.curve,
+            curve: arc.curve_of(stretch),
             rounding: self.program.interpreter.rounding(),
             outputs: self.outputs_of(LineKind::Program),
             line_number: self.line_of(travel, LineKind::Program),

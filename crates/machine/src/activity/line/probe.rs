@@ -82,7 +82,7 @@ where
         });
         let next = Move {
             target: travel.target,
-            feed: feed(travel.feed, 1.0),
+            feed: self.feed_to(&travel.target, feed(travel.feed, 1.0)),
             power: self.move_power(&travel.spindle),
             curve: None,
             rounding: self.program.interpreter.rounding(),
