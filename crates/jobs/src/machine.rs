@@ -4,6 +4,7 @@
 use crate::settings_file::{SettingLine, SettingsError};
 use leadscrew_gcode::{leading_number, Number};
 use leadscrew_machine::config::MachineConfig;
+use leadscrew_machine::protocol::message::Capped;
 use leadscrew_machine::protocol::status::Status;
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::{Entry, Key, Settings};
@@ -185,8 +186,8 @@ pub(crate) fn instead<const AXES: usize>(
     })
 }
 
-/// A sentence for each rate that asks for more steps than the board can make; it names the rate
-/// that is reached.
+/// A sentence for each rate and acceleration that asks for more than the board can make; it names
+/// the value that is reached.
 pub fn capped(machine: &Machine) -> Vec<String> {
     capped_rates(&machine.settings, machine.axes())
 }
@@ -194,17 +195,23 @@ pub fn capped(machine: &Machine) -> Vec<String> {
 fn capped_rates(settings: &Settings<MOST_AXES>, axes: usize) -> Vec<String> {
     let pulse = settings.whole(Setting::StepPulse);
     let rate = TIMING.highest_rate(u8::try_from(pulse).unwrap_or(u8::MAX), axes);
-    let words = |axis: usize| {
-        let capped = step_rate::capped(settings, &TIMING, axes, axis)?;
-        let asked = settings.get(Key::Axis(AxisSetting::MaxRate, axis));
-        Some(format!(
-            "${number}={asked}: {most} mm/min is the most with $0={pulse}, {rate} steps/s; motion is capped there",
-            number = capped.number,
-            asked = plain(asked),
-            most = plain(capped.most),
-        ))
+    let words = |capped: Capped| {
+        let (number, most) = (capped.number, plain(capped.most));
+        let key = settings.key(number);
+        let asked = plain(key.map_or(Number::default(), |key| settings.get(key)));
+        match (capped.is_acceleration(), key) {
+            (true, Some(Key::Axis(_, axis))) => {
+                let steps = plain(settings.get(Key::Axis(AxisSetting::StepsPerMm, axis)));
+                let scale = AxisSetting::StepsPerMm.row().number as usize + axis;
+                format!("${number}={asked}: {most} mm/s2 is the most with ${scale}={steps}; motion is capped there")
+            }
+            _ => format!("${number}={asked}: {most} mm/min is the most with $0={pulse}, {rate} steps/s; motion is capped there"),
+        }
     };
-    (0..axes).filter_map(words).collect()
+    (0..axes)
+        .flat_map(|axis| step_rate::capped(settings, &TIMING, axes, axis))
+        .map(words)
+        .collect()
 }
 
 fn plain(number: Number) -> f64 {
@@ -248,6 +255,9 @@ mod tests {
     fn words_name_the_largest_rate_that_would_work() {
         let settings = settings_of(&["$110=30000", "$111=20000"]).unwrap();
         let words = "$110=30000: 21818.16 mm/min is the most with $0=10, 90909 steps/s; motion is capped there";
+        assert_eq!(capped_rates(&settings, 3), [words]);
+        let settings = settings_of(&["$101=1600", "$121=1000000"]).unwrap();
+        let words = "$121=1000000: 312500 mm/s2 is the most with $101=1600; motion is capped there";
         assert_eq!(capped_rates(&settings, 3), [words]);
         let refused = settings_of(&["$110=30000000"]).unwrap_err();
         let instead = "$110 can be 21818.16 at most.";

@@ -286,7 +286,6 @@ fn is_program(rest: &str) -> bool {
 /// `error:52` means something else at each word.
 fn out_of_range(rest: &str) -> Option<&'static str> {
     match rest.chars().next()?.to_ascii_uppercase() {
-        'H' => Some("The machine's table of tools has no such number: $# lists those that it has."),
         'L' => Some("A canned cycle is repeated 1 to 10000 times."),
         'Q' => Some("A peck is a depth above 0, and a hole has 10000 pecks at most."),
         'X' | 'Y' | 'Z' | 'A' | 'B' | 'C' => {
@@ -380,7 +379,7 @@ mod tests {
     fn a_value_out_of_range_is_explained_by_its_word() {
         let tools = "[tool_change]";
         for (line, words) in [
-            ("G43 H17", "table of tools"),
+            ("G43 H17", "1 to 16"),
             ("G81 X1 Z-1 R1 L0 F100", "1 to 10000 times"),
             ("G83 X1 Z-1 R1 Q0 F100", "above 0"),
             ("$100=0", "The setting does not take this value"),

@@ -5,7 +5,8 @@ use crate::config::MachineConfig;
 use crate::interpreter::MAX_WORD;
 use crate::motion::Pacing;
 use crate::settings::table::{AxisSetting, Setting};
-use crate::settings::values::Settings;
+use crate::settings::values::{Key, Settings};
+use crate::step_rate::largest_acceleration;
 use crate::tool::scale::SpindleScale;
 use core::array::from_fn;
 use leadscrew_gcode::Number;
@@ -31,7 +32,7 @@ pub(crate) fn planner_config<const AXES: usize>(
     Config {
         steps_per_mm,
         max_rate: rates.map(|rate| rate.to_f32() / MINUTE),
-        acceleration: settings.axes(AxisSetting::Acceleration).map(Number::to_f32),
+        acceleration: from_fn(|axis| acceleration(settings, axis).to_f32()),
         jerk: settings.value(Setting::Jerk).to_f32(),
         junction_deviation: settings.value(Setting::JunctionDeviation).to_f32(),
         corner_rule: if settings.is_on(Setting::GrblCorners) {
@@ -46,6 +47,12 @@ pub(crate) fn planner_config<const AXES: usize>(
         moves: config.moves,
         pixels: config.pixels,
     }
+}
+
+/// The acceleration of an axis: `$120` and up, but no more than its motor can have.
+fn acceleration<const AXES: usize>(settings: &Settings<AXES>, axis: usize) -> Number {
+    let asked = settings.get(Key::Axis(AxisSetting::Acceleration, axis));
+    asked.min(largest_acceleration(settings, axis).most)
 }
 
 /// How motion follows the sender and the laser.

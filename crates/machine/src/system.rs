@@ -326,7 +326,7 @@ where
         }
         let limits = self.config.step_timing.limits(MOTORS);
         let changes = self.settings.set(entry, limits);
-        self.say_step_rate(number, changes.as_ref().err());
+        self.say_capped(number, changes.as_ref().err());
         let changes = changes?;
         for change in changes {
             self.store.unsaved.add_setting::<AXES>(change.number);
@@ -342,20 +342,20 @@ where
         Ok(Reply::Stored)
     }
 
-    /// Says which rates would work where a setting asks for more steps than can be made, if the
+    /// Says which values would work where settings together ask for more than can be made, if the
     /// operator has asked for texts.
-    fn say_step_rate(&mut self, number: u16, refused: Option<&Status>) {
+    fn say_capped(&mut self, number: u16, refused: Option<&Status>) {
         let key = self.settings.key(number);
         let key = key.filter(|_| self.settings.is_on(Setting::FaultTexts));
         let Some(key) = key else { return };
         let timing = &self.config.step_timing;
         match refused {
             None => step_rate::capped_by(&self.settings, timing, MOTORS, key)
-                .for_each(|capped| self.console.message(Message::StepRate(capped))),
+                .for_each(|capped| self.console.message(Message::Capped(capped))),
             Some(Status::StepRateTooHigh) => {
                 let instead = step_rate::instead(&self.settings, timing, MOTORS, key);
                 if let Some(instead) = instead {
-                    self.console.message(Message::StepRate(instead));
+                    self.console.message(Message::Capped(instead));
                 }
             }
             Some(_) => {}

@@ -5,6 +5,7 @@ mod commands;
 mod extension;
 mod gates;
 mod homing;
+mod impossible;
 mod nonsense;
 mod reports;
 mod rotary;

@@ -43,18 +43,25 @@ pub enum Message {
     NoStepInterrupt,
     /// Stored values are damaged: defaults are in force.
     SettingsLost,
-    /// A setting asks for more steps than the board can make, with the values that would work.
-    StepRate(Capped),
+    /// A setting asks for more than the board can make, with the values that would work.
+    Capped(Capped),
 }
 
-/// A rate setting that asks for more steps than can be made, and the values that would work.
+/// A setting that asks for more than can be made, and the values that would work.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Capped {
-    /// The setting: `$110` and up, or `$100` and up.
+    /// The setting: `$100`, `$110`, `$120` and up.
     pub number: u16,
     /// The largest value that works with the other settings as they are, rounded down.
     pub most: Number,
+}
+
+impl Capped {
+    /// Whether it is an acceleration, `$120` and up; otherwise it is about the rate of steps.
+    pub const fn is_acceleration(&self) -> bool {
+        self.number / 10 == 12
+    }
 }
 
 /// What went off although no line said so, why, and the setting that has the time.
@@ -89,7 +96,8 @@ impl Message {
             Self::Sleeping => "Sleeping",
             Self::NoStepInterrupt => "The step interrupt does not come: nothing moves",
             Self::SettingsLost => "Stored values lost, defaults in force: check them, then $X",
-            Self::StepRate(_) => "Step rate",
+            Self::Capped(capped) if capped.is_acceleration() => "Acceleration",
+            Self::Capped(_) => "Step rate",
         }
     }
 }
@@ -98,7 +106,7 @@ impl fmt::Display for Message {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("[MSG:")?;
         f.write_str(self.text())?;
-        if let Self::StepRate(Capped { number, most }) = self {
+        if let Self::Capped(Capped { number, most }) = self {
             write!(
                 f,
                 ": ${number} can be {} at most",
@@ -140,7 +148,7 @@ mod tests {
 
     #[test]
     fn our_own_messages_hold_no_answer() {
-        let capped = Message::StepRate(Capped {
+        let capped = Message::Capped(Capped {
             number: 110,
             most: Number::from_int(21_818),
         });

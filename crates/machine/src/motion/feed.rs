@@ -32,7 +32,8 @@ where
 
     /// Commits one segment if there is room. A line that waits is taken before the next segment, so
     /// that this segment takes the line's move into account. If segments may run out, they are
-    /// committed before the line, [`AT_ONCE`] at most. Returns whether the step timer is to be
+    /// committed before the line, [`AT_ONCE`] at most; so it is before motion begins, since a ramp
+    /// may begin with segments that are over before the next turn. Returns whether the step timer is to be
     /// started. `may_start`: whether the program may begin to move now.
     pub(crate) fn prepare(&mut self, now: Instant, may_start: bool, work: &mut Work) -> bool {
         self.end_stop();
@@ -41,7 +42,7 @@ where
             return false;
         }
         for _ in 0..AT_ONCE {
-            if !self.feeder.has_room() || !self.commit(work) || !self.feeder.is_short() {
+            if !self.feeder.has_room() || !self.commit(work) || self.feeder.has_enough() {
                 break;
             }
         }
@@ -380,7 +381,12 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
     /// Whether motion may run out of segments: less than [`Feeder::least`] is left. The main loop
     /// wanted to be woken at that point, so it is late.
     fn is_short(&self) -> bool {
-        self.shared.is_running() && self.left() < self.least()
+        self.shared.is_running() && !self.has_enough()
+    }
+
+    /// Whether the segments that are committed last until the next turn of the main loop.
+    fn has_enough(&self) -> bool {
+        self.left() >= self.least()
     }
 
     /// The next segment is made when less than this is left, timer counts. Usually that is
