@@ -4,6 +4,12 @@
 //! accelerator keeps 64 lines of instructions and 8 lines of constants (ACR.ICEN, DCEN), and reads
 //! the next line ahead (ACR.PRFTEN). A new line replaces the least recently used one: the manual
 //! says so for the instruction cache, and says that the data cache works in the same way.
+//!
+//! An erase leaves the old content in the caches until the program resets them (section 3.6.4); a
+//! use of such a line is told. What is programmed goes to the data cache, too. Switching a cache off
+//! and on again keeps its lines.
+
+use core::ops::Range;
 
 /// FLASH_ACR: the field of the wait states.
 const LATENCY: u32 = 7;
@@ -13,6 +19,9 @@ const PREFETCH: u32 = 1 << 8;
 const INSTRUCTIONS: u32 = 1 << 9;
 /// FLASH_ACR.DCEN: data cache.
 const DATA: u32 = 1 << 10;
+/// FLASH_ACR.ICRST and DCRST: the caches forget their lines.
+const FORGET_INSTRUCTIONS: u32 = 1 << 11;
+const FORGET_DATA: u32 = 1 << 12;
 /// A line number that no line has.
 const NONE: u32 = u32::MAX;
 
@@ -58,6 +67,36 @@ impl Art {
             statistics: self.statistics,
             ..Art::new()
         };
+    }
+
+    /// The program has written FLASH_ACR: forgets the lines of the caches that it resets.
+    pub(crate) fn reset(&mut self, acr: u32) {
+        if acr & FORGET_INSTRUCTIONS != 0 {
+            self.instructions = Lines::new();
+            self.current = NONE;
+        }
+        if acr & FORGET_DATA != 0 {
+            self.data = Lines::new();
+            self.current_data = NONE;
+        }
+    }
+
+    /// A part of the flash is erased: what the caches hold of it is old from now on.
+    pub(crate) fn erase(&mut self, addresses: Range<u32>) {
+        let lines = addresses.start >> 4..addresses.end.div_ceil(16);
+        self.instructions.erase(&lines);
+        self.data.erase(&lines);
+        for current in [&mut self.current, &mut self.current_data] {
+            if lines.contains(current) {
+                *current = NONE;
+            }
+        }
+    }
+
+    /// Whether an old line has been used since the last call.
+    pub(crate) fn take_stale_use(&mut self) -> bool {
+        let instructions = core::mem::take(&mut self.instructions.stale_use);
+        core::mem::take(&mut self.data.stale_use) || instructions
     }
 
     /// Whether an address lies in the line that the core is fetching from.
@@ -110,6 +149,9 @@ impl Art {
 struct Lines<const COUNT: usize> {
     line: [u32; COUNT],
     used: [u64; COUNT],
+    /// The lines that were erased since they came.
+    stale: [bool; COUNT],
+    stale_use: bool,
     clock: u64,
 }
 
@@ -118,6 +160,8 @@ impl<const COUNT: usize> Lines<COUNT> {
         Lines {
             line: [NONE; COUNT],
             used: [0; COUNT],
+            stale: [false; COUNT],
+            stale_use: false,
             clock: 0,
         }
     }
@@ -128,8 +172,16 @@ impl<const COUNT: usize> Lines<COUNT> {
         let held = self.line.iter().position(|&held| held == line);
         let place = held.unwrap_or_else(|| self.oldest());
         self.line[place] = line;
+        self.stale[place] &= held.is_some();
+        self.stale_use |= self.stale[place];
         self.used[place] = self.clock;
         held.is_some()
+    }
+
+    fn erase(&mut self, lines: &Range<u32>) {
+        for (line, stale) in self.line.iter().zip(&mut self.stale) {
+            *stale |= lines.contains(line);
+        }
     }
 
     fn oldest(&self) -> usize {
@@ -170,6 +222,38 @@ mod tests {
         }
         assert_eq!(art.fetch(16, FIVE | INSTRUCTIONS, 0), 0);
         assert_eq!(art.fetch(0, FIVE | INSTRUCTIONS, 0), 5);
+    }
+
+    #[test]
+    fn an_erased_line_in_a_cache_is_old_until_the_cache_is_reset_or_reads_it_anew() {
+        let uses = |between: fn(&mut Art), address: u32, erased: Range<u32>| {
+            let mut art = Art::new();
+            art.read(0x0800_0100, FIVE | DATA);
+            art.fetch(0x0800_0200, FIVE | INSTRUCTIONS, 0);
+            art.erase(erased);
+            between(&mut art);
+            match address {
+                0x0800_0100 => art.read(address, FIVE | DATA),
+                _ => art.fetch(address, FIVE | INSTRUCTIONS, 100),
+            };
+            (art.take_stale_use(), art.take_stale_use())
+        };
+        let all = 0x0800_0000..0x0800_4000;
+        for address in [0x0800_0100, 0x0800_0200] {
+            let forget = |art: &mut Art| art.reset(FORGET_DATA | FORGET_INSTRUCTIONS);
+            assert_eq!(uses(|_| {}, address, all.clone()), (true, false));
+            assert_eq!(uses(forget, address, all.clone()), (false, false));
+            assert_eq!(
+                uses(|_| {}, address, 0x0800_4000..0x0800_8000),
+                (false, false)
+            );
+        }
+        let only_instructions = |art: &mut Art| art.reset(FORGET_INSTRUCTIONS);
+        assert_eq!(uses(only_instructions, 0x0800_0100, all.clone()).0, true);
+        let full = |art: &mut Art| {
+            (1..9).for_each(|line| _ = art.read(0x0801_0000 + 16 * line, FIVE | DATA));
+        };
+        assert_eq!(uses(full, 0x0800_0100, all).0, false);
     }
 
     #[test]

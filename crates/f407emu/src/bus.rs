@@ -8,6 +8,7 @@ use crate::{
     record::Cause,
     timing::FlashTiming,
     trap::Trap,
+    warning::Warning,
 };
 
 impl Machine {
@@ -198,6 +199,15 @@ impl Machine {
         self.cycle = self.cycle.max(self.devices.flash.busy_until);
         if self.timing.flash != FlashTiming::ZeroWait {
             self.cycle += self.art.read(address, self.devices.flash.acr);
+            self.tell_stale_use();
+        }
+    }
+
+    /// Warns if the program has read old content of the flash from a cache.
+    #[inline(always)]
+    pub(crate) fn tell_stale_use(&mut self) {
+        if self.art.take_stale_use() {
+            self.warnings.add(Warning::StaleCache);
         }
     }
 }

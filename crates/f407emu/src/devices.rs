@@ -1,20 +1,23 @@
 //! All peripherals of the chip, and the cycle of their next event.
-use crate::peripheral::{
-    adc::Adc,
-    crc::Crc,
-    dma::Dma,
-    dwt::Dwt,
-    exti::Exti,
-    flash::Flash,
-    gpio::Gpio,
-    iwdg::{Iwdg, LSI_TYPICAL_HZ},
-    pwr::Pwr,
-    rcc::{Rcc, ResetCause},
-    systick::SysTick,
-    timer::Timer,
-    timer_map::INSTANCES,
-    usart::Usart,
-    usb::Usb,
+use crate::{
+    peripheral::{
+        adc::Adc,
+        crc::Crc,
+        dma::Dma,
+        dwt::Dwt,
+        exti::Exti,
+        flash::Flash,
+        gpio::Gpio,
+        iwdg::{Iwdg, LSI_TYPICAL_HZ},
+        pwr::Pwr,
+        rcc::{Rcc, ResetCause},
+        systick::SysTick,
+        timer::Timer,
+        timer_map::INSTANCES,
+        usart::Usart,
+        usb::Usb,
+    },
+    record::Pin,
 };
 use core::array;
 use std::collections::HashMap;
@@ -32,6 +35,17 @@ pub enum SerialPort {
     Usart6,
 }
 
+/// A serial port, and the pins that a cable connects with its other end.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct SerialLine {
+    /// The port.
+    pub port: SerialPort,
+    /// The pin from which the chip sends.
+    pub output: Pin,
+    /// The pin at which the chip receives.
+    pub input: Pin,
+}
+
 /// Base addresses of the serial ports, in the order of [`SerialPort`].
 pub(crate) const USARTS: [u32; 4] = [0x4001_1000, 0x4000_4400, 0x4000_4800, 0x4001_1400];
 
@@ -46,6 +60,8 @@ pub(crate) struct Devices {
     pub(crate) adc: Adc,
     pub(crate) crc: Crc,
     pub(crate) usarts: [Usart; 4],
+    /// The pins at which each serial port's cable is: output and input.
+    pub(crate) cables: [Option<(Pin, Pin)>; 4],
     pub(crate) timers: [Timer; 14],
     pub(crate) dma: [Dma; 2],
     pub(crate) systick: SysTick,
@@ -70,6 +86,7 @@ impl Devices {
             adc: Adc::new(),
             crc: Crc::new(),
             usarts: USARTS.map(Usart::new),
+            cables: [None; 4],
             timers: array::from_fn(|index| Timer::new(&INSTANCES[index])),
             dma: Default::default(),
             systick: SysTick::new(),

@@ -26,13 +26,19 @@
 //!
 //! # Example
 //! ```no_run
-//! use leadscrew_f407emu::{Machine, Pin, SerialPort};
+//! use leadscrew_f407emu::{Machine, Pin, SerialLine, SerialPort};
 //!
 //! let elf = std::fs::read("target/thumbv7em-none-eabihf/firmware/board-f407")?;
+//! let line = SerialLine {
+//!     port: SerialPort::Usart2,
+//!     output: Pin::new('A', 2),
+//!     input: Pin::new('A', 3),
+//! };
 //! let mut machine = Machine::new(8_000_000);
+//! machine.plug_serial(line);
 //! machine.load_elf(&elf)?;
 //! machine.run_until(10_000_000)?;
-//! machine.uart_send(SerialPort::Usart2, b"G1 X1 F100\n");
+//! machine.uart_send(line, b"G1 X1 F100\n");
 //! machine.pin_at(machine.cycle() + 100_000, Pin::new('C', 0), false); // a switch
 //! machine.run_until(machine.cycle() + 168_000_000)?;
 //! for edge in machine.edges() {
@@ -69,7 +75,7 @@ mod wiring;
 mod world;
 
 pub use art::ArtStatistics;
-pub use devices::SerialPort;
+pub use devices::{SerialLine, SerialPort};
 pub use elf::LoadError;
 pub use machine::Machine;
 pub use peripheral::{

@@ -138,6 +138,11 @@ impl Machine {
         })
     }
 
+    /// Makes it a chip with `kilobytes` of flash in place of 1024, before anything is loaded.
+    pub fn set_flash_size(&mut self, kilobytes: u16) {
+        self.memory.set_flash_size(kilobytes);
+    }
+
     /// A chip whose peripherals all have running clocks.
     #[cfg(test)]
     pub(crate) fn with_clocks() -> Box<Machine> {

@@ -24,6 +24,8 @@ const CCM_SIZE: usize = 64 << 10;
 /// Device signature: the unique number, and the flash's size in KB (RM0090 chapter 39).
 const SIGNATURE: u32 = 0x1FFF_7A10;
 const SIGNATURE_BYTES: [u8; 20] = *b"leadscrew407\xFF\xFF\xFF\xFF\xFF\xFF\x00\x04";
+/// The place of the flash's size in the signature.
+const SIZE_PLACE: usize = 18;
 
 /// The three memories.
 #[derive(Clone)]
@@ -31,6 +33,7 @@ pub(crate) struct Memory {
     pub(crate) flash: Box<[u8]>,
     pub(crate) sram: Box<[u8; SRAM_SIZE]>,
     pub(crate) ccm: Box<[u8]>,
+    signature: [u8; 20],
     /// The memory that is mapped at address 0, too.
     pub(crate) low: Low,
     /// The decoded instruction at each halfword of the flash; dropped where the flash is written.
@@ -64,20 +67,29 @@ impl Memory {
             flash: vec![0xFF; FLASH_SIZE].into(),
             sram: Box::new([0; SRAM_SIZE]),
             ccm: vec![0; CCM_SIZE].into(),
+            signature: SIGNATURE_BYTES,
             low: Low::Flash,
             decoded: vec![None; FLASH_SIZE / 2].into(),
             decoded_low: vec![None; CODE_SIZE / 2].into(),
         }
     }
 
+    /// Erased flash of another size: a chip with `kilobytes` of it.
+    pub(crate) fn set_flash_size(&mut self, kilobytes: u16) {
+        let bytes = usize::from(kilobytes) << 10;
+        self.flash = vec![0xFF; bytes].into();
+        self.decoded = vec![None; bytes / 2].into();
+        self.signature[SIZE_PLACE..].copy_from_slice(&kilobytes.to_le_bytes());
+    }
+
     /// The memory at an address, and the offset in it. Flash or SRAM1 is mapped at 0, too (section
     /// 2.4).
     pub(crate) fn place(&self, address: u32) -> Option<(Region, usize)> {
         within(address, SRAM, SRAM_SIZE, Region::Sram)
-            .or_else(|| within(address, FLASH, FLASH_SIZE, Region::Flash))
+            .or_else(|| within(address, FLASH, self.flash.len(), Region::Flash))
             .or_else(|| within(address, CCM, CCM_SIZE, Region::Ccm))
             .or_else(|| match self.low {
-                Low::Flash => within(address, 0, FLASH_SIZE, Region::Flash),
+                Low::Flash => within(address, 0, self.flash.len(), Region::Flash),
                 Low::Sram1 => within(address, 0, SRAM1_SIZE as usize, Region::Sram),
             })
             .or_else(|| within(address, SIGNATURE, 20, Region::Signature))
@@ -88,7 +100,7 @@ impl Memory {
             Region::Flash => &self.flash,
             Region::Sram => &self.sram[..],
             Region::Ccm => &self.ccm,
-            Region::Signature => &SIGNATURE_BYTES,
+            Region::Signature => &self.signature,
         }
     }
 
@@ -269,6 +281,17 @@ mod tests {
         let memory = Memory::new();
         let size = memory.place(0x1FFF_7A22).unwrap();
         assert_eq!(memory.read(size, Width::Half), Some(1024));
+    }
+
+    #[test]
+    fn nothing_is_behind_the_flash_of_a_smaller_chip() {
+        let mut memory = Memory::new();
+        memory.set_flash_size(512);
+        let size = memory.place(0x1FFF_7A22).unwrap();
+        assert_eq!(memory.read(size, Width::Half), Some(512));
+        assert_eq!(memory.place(0x0807_FFFF), Some((Region::Flash, 0x7_FFFF)));
+        assert_eq!(memory.place(0x0808_0000), None);
+        assert_eq!(memory.load(0x8_0000, &[0]), None);
     }
 
     #[test]

@@ -14,6 +14,10 @@ use crate::{
 /// Where the registers of USB OTG FS begin.
 const USB: u32 = 0x5000_0000;
 
+/// The offsets of a port's GPIOx_ODR and GPIOx_BSRR, which set levels and no functions.
+const ODR: u32 = 0x14;
+const BSRR: u32 = 0x18;
+
 /// The offset of a port's GPIOx_LCKR.
 const LCKR: u32 = 0x1C;
 
@@ -189,6 +193,9 @@ impl Machine {
                 if offset == LCKR {
                     self.warnings.add(Warning::NotModelled { address });
                 }
+                if !matches!(offset, ODR | BSRR) {
+                    self.functions_changed(now);
+                }
                 self.update_pins(index, now, cause);
             }
             Device::Syscfg => self.syscfg_write(address, value),
@@ -246,6 +253,9 @@ impl Machine {
         };
         if self.devices.adc.write(address & 0x3FF, value, clock) {
             self.warnings.add(Warning::NotModelled { address });
+        }
+        if self.devices.adc.take_misuse() {
+            self.warnings.add(Warning::PinNotAnalog);
         }
     }
 

@@ -48,6 +48,7 @@ impl Machine {
         self.buffer_free = cycle;
         self.reset_requested = false;
         self.locked = None;
+        self.functions_changed(cycle);
         self.update_all_pins(cycle, Cause::Reset);
         self.boot();
     }
@@ -63,6 +64,7 @@ impl Machine {
         if resets(offset, value, SYSCFG) {
             self.memory.low = Low::Flash;
         }
+        self.functions_changed(now);
         self.update_all_pins(now, Cause::Reset);
         for index in 0..self.devices.timers.len() {
             self.update_timer_lines(index);
@@ -127,6 +129,20 @@ mod tests {
             machine.write_word(0x4002_3C04, key).unwrap();
         }
         machine
+    }
+
+    #[test]
+    fn a_smaller_chip_has_no_upper_sectors() {
+        let mut machine = unlocked();
+        machine.set_flash_size(512);
+        machine
+            .write_word(0x4002_3C10, 1 << 16 | 10 << 3 | 2 | 2 << 8)
+            .unwrap();
+        assert_eq!(machine.warnings(), [crate::Warning::NoSuchSector]);
+        let address = 0x080C_0000;
+        let nothing = Err(crate::Trap::Bus { address });
+        assert_eq!(machine.read_word(address), nothing);
+        assert_eq!(machine.write_word(address, 0), nothing.map(|_| ()));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The outside of the chip, for tests: serial lines, pins, supply and crystal can be seen and
 //! changed.
 use crate::{
-    devices::SerialPort,
+    devices::SerialLine,
     machine::Machine,
     peripheral::{adc, rcc::ResetCause},
     record::Pin,
@@ -9,35 +9,47 @@ use crate::{
 };
 
 impl Machine {
-    /// Sends bytes to a serial port at the rate that the firmware has set. They follow the bytes
+    /// Plugs the cable of a serial line into its pins. Bytes move only while these pins have the
+    /// port's functions.
+    pub fn plug_serial(&mut self, line: SerialLine) {
+        self.devices.cables[line.port as usize] = Some((line.output, line.input));
+        self.functions_changed(self.cycle);
+    }
+
+    /// Sends bytes over a serial line, at the rate that the firmware has set. They follow the bytes
     /// that are still being sent.
-    pub fn uart_send(&mut self, port: SerialPort, bytes: &[u8]) {
+    ///
+    /// # Panics
+    /// When the line's cable is not plugged in ([`Machine::plug_serial`]).
+    pub fn uart_send(&mut self, line: SerialLine, bytes: &[u8]) {
+        let cable = self.devices.cables[line.port as usize];
+        assert_eq!(cable, Some((line.output, line.input)), "no such cable");
         let cycle = self.cycle;
-        self.devices.usarts[port as usize].send(bytes, cycle);
+        self.devices.usarts[line.port as usize].send(bytes, cycle);
         self.reschedule();
     }
 
-    /// The rate of a serial port that the firmware has set, baud. The other end always uses the
+    /// The rate of a serial line that the firmware has set, baud. The other end always uses the
     /// same rate.
-    pub fn uart_baud(&self, port: SerialPort) -> u64 {
-        let bit = self.devices.usarts[port as usize].bit_cycles();
+    pub fn uart_baud(&self, line: SerialLine) -> u64 {
+        let bit = self.devices.usarts[line.port as usize].bit_cycles();
         u64::from(self.clocks.hclk) / bit.max(1)
     }
 
-    /// The number of bytes that the sender at the other end of a serial port has not sent yet.
-    pub fn uart_unsent(&self, port: SerialPort) -> usize {
-        self.devices.usarts[port as usize].unsent()
+    /// The number of bytes that the sender at the other end of a serial line has not sent yet.
+    pub fn uart_unsent(&self, line: SerialLine) -> usize {
+        self.devices.usarts[line.port as usize].unsent()
     }
 
-    /// The bytes that the firmware has sent on a serial port; the caller may take them out.
-    pub fn uart_out(&mut self, port: SerialPort) -> &mut Vec<u8> {
-        &mut self.devices.usarts[port as usize].output
+    /// The bytes that have come over a serial line; the caller may take them out.
+    pub fn uart_out(&mut self, line: SerialLine) -> &mut Vec<u8> {
+        &mut self.devices.usarts[line.port as usize].output
     }
 
-    /// The number of bytes that a serial port has lost because the program had not read the
+    /// The number of bytes that a serial line has lost because the program had not read the
     /// previous byte.
-    pub fn uart_overruns(&self, port: SerialPort) -> u64 {
-        self.devices.usarts[port as usize].overruns
+    pub fn uart_overruns(&self, line: SerialLine) -> u64 {
+        self.devices.usarts[line.port as usize].overruns
     }
 
     /// Plugs the USB cable in or pulls it out. A host at its other end configures the device as an
@@ -56,6 +68,11 @@ impl Machine {
     /// The device's answer to each request of the host, in order, since the cable was plugged in.
     pub fn usb_answers(&self) -> &[Vec<u8>] {
         &self.devices.usb.host.answers
+    }
+
+    /// The rule that the device breaks, if the host has refused it.
+    pub fn usb_refusal(&self) -> Option<&'static str> {
+        self.devices.usb.host.refusal
     }
 
     /// Sends bytes over USB, as fast as the device takes them.
@@ -108,9 +125,10 @@ impl Machine {
         self.at(cycle, Happening::CrystalStops);
     }
 
-    /// At a cycle, lets the supply fall below the threshold of the voltage detector, or come back.
-    pub fn supply_at(&mut self, cycle: u64, low: bool) {
-        self.at(cycle, Happening::Supply { low });
+    /// Sets the supply at a cycle, mV; at power-up it has 3300. Only the voltage detector follows it:
+    /// a brown-out's reset is a [`ResetCause`].
+    pub fn supply_at(&mut self, cycle: u64, millivolts: u32) {
+        self.at(cycle, Happening::Supply { millivolts });
     }
 
     /// Resets the chip at a cycle. [`ResetCause::PowerOn`] is a power cycle: RAM is lost, and an

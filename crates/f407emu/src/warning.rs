@@ -41,6 +41,8 @@ pub enum Warning {
     FlashLocked,
     /// A cache of the flash was to be reset while it was on: it stays (RM0090 section 3.9.1).
     CacheReset,
+    /// A cache of the flash gave content that had been erased since (RM0090 section 3.6.4).
+    StaleCache,
     /// The flash was written without FLASH_CR.PG.
     FlashWriteNotEnabled,
     /// The flash was written with a width other than FLASH_CR.PSIZE.
@@ -52,6 +54,8 @@ pub enum Warning {
         /// Address of the register.
         address: u32,
     },
+    /// ADC1 has converted a channel whose pin was not in analog mode (RM0090 section 8.3.12).
+    PinNotAnalog,
     /// A timer is in a mode that is not modelled: counting down or both ways, as a slave, with
     /// breaks, or in another mode that its module names.
     TimerMode {
@@ -103,10 +107,12 @@ impl fmt::Display for Warning {
             }
             Warning::FlashLocked => f.write_str("FLASH_CR written while it is locked"),
             Warning::CacheReset => f.write_str("a cache of the flash reset while it is on"),
+            Warning::StaleCache => f.write_str("a cache of the flash gave erased content"),
             Warning::FlashWriteNotEnabled => f.write_str("flash written without PG"),
             Warning::FlashWriteWidth => f.write_str("flash written with another width than PSIZE"),
             Warning::NoSuchSector => f.write_str("erase of a sector that does not exist"),
             Warning::NotModelled { address } => write!(f, "nothing is modelled at {address:#010x}"),
+            Warning::PinNotAnalog => f.write_str("ADC1 converts a pin that is not analog"),
             Warning::TimerMode { base } => write!(f, "mode of timer {base:#010x} not modelled"),
             Warning::DmaUnreachable { address } => write!(f, "DMA cannot reach {address:#010x}"),
             Warning::DmaMode => f.write_str("settings of a DMA stream forbidden or not modelled"),

@@ -12,8 +12,8 @@ pub(crate) enum Happening {
     Pin { pin: Pin, level: bool },
     /// The crystal stops.
     CrystalStops,
-    /// The supply falls below the voltage detector's threshold, or comes back.
-    Supply { low: bool },
+    /// The supply has another voltage, mV.
+    Supply { millivolts: u32 },
     /// The reset pin is pulled, or the power goes away.
     Reset(ResetCause),
 }

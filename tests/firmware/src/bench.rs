@@ -74,9 +74,11 @@ impl Bench {
     pub(crate) fn switch_on_with(build: &Build, crystal_hz: u32) -> Result<Bench, Failure> {
         let mut machine = Machine::new(crystal_hz);
         let wiring = build.wiring;
+        machine.set_flash_size(wiring.flash_kb);
         if wiring.start != FLASH {
             machine.program_flash(FLASH, &bootloader(wiring.start));
         }
+        machine.plug_serial(wiring.line);
         machine.load_elf(&build.elf)?;
         if let Some(record) = &build.record {
             machine.program_flash(wiring.record(), record);
@@ -168,9 +170,11 @@ impl Bench {
         let end = self.machine.cycle() + cycles(USB_SECONDS);
         while !self.machine.usb_is_up() {
             self.run_to(self.machine.cycle() + SLICE)?;
-            ensure(self.machine.cycle() < end, || {
-                let answers = self.machine.usb_answers();
-                format!("the host cannot set the device up: {answers:02x?}")
+            let refusal = self.machine.usb_refusal();
+            ensure(self.machine.cycle() < end && refusal.is_none(), || {
+                let (broken, answers) =
+                    (refusal.unwrap_or("no answer"), self.machine.usb_answers());
+                format!("the host cannot set the device up: {broken}; {answers:02x?}")
             })?;
         }
         Ok(())

@@ -9,7 +9,7 @@ use crate::{
 use leadscrew_boards::Board;
 use leadscrew_f407emu::Tamper;
 use leadscrew_machine::step_timing::StepTiming;
-use std::{fs, path::Path, sync::Arc};
+use std::{collections::BTreeMap, fs, path::Path, sync::Arc};
 
 /// The rate of the serial line, baud, unless the firmware is built for another.
 const USUAL_BAUD: u32 = 115_200;
@@ -78,82 +78,69 @@ impl Build {
     }
 }
 
+/// An image that `cargo fw-test` builds: its name in the folder of images, the board that it is for,
+/// the rate of its serial line, and the times with which it plans.
+type Image = (&'static str, &'static Wiring, u32, StepTiming);
+
+/// An image with pins for a board, at the usual rate.
+const fn wired(name: &'static str, wiring: &'static Wiring) -> Image {
+    (name, wiring, USUAL_BAUD, StepTiming::F407)
+}
+
+/// An image without pins, for boards that begin where this one does.
+const fn recorded(name: &'static str, wiring: &'static Wiring) -> Image {
+    (name, wiring, USUAL_BAUD, StepTiming::F407_RECORD)
+}
+
+/// All images that checks run; `xtask/src/fw_test.rs` says how each is built.
+const IMAGES: [Image; 20] = [
+    wired("usual", &DISCOVERY),
+    ("fast", &DISCOVERY, FAST_BAUD, StepTiming::F407),
+    wired("machine-003", &MACHINE_003),
+    wired("skr-2", &SKR_2),
+    wired("dual-y", &DUAL_Y),
+    wired("core-xy", &SKR_2),
+    wired("octopus", &OCTOPUS),
+    wired("fly-407zg", &FLY_407ZG),
+    wired("spider", &SPIDER),
+    wired("robin-nano-v3", &ROBIN_NANO_V3),
+    wired("six-axes", &DISCOVERY_6),
+    wired("machine-file-000", &DISCOVERY_4),
+    wired("machine-file-001", &MACHINE_001),
+    wired("machine-file-002", &DISCOVERY),
+    wired("machine-file-003", &MACHINE_003),
+    wired("machine-file-004", &DISCOVERY_4),
+    recorded("record", &DISCOVERY),
+    recorded("record-behind", &SKR_2),
+    recorded("record-behind-48", &ROBIN_NANO_V3),
+    (
+        FOUR_MOTORS,
+        &DUAL_Y,
+        USUAL_BAUD,
+        StepTiming::F407_RECORD_FOUR,
+    ),
+];
+
+/// The image without pins for four motors behind a bootloader of 32 KiB: a record says how the
+/// motors move the axes.
+const FOUR_MOTORS: &str = "record-four";
+
 /// The firmware, built several times.
 #[derive(Clone)]
 pub(crate) struct Firmware {
-    /// For the Discovery at 115200 baud.
-    pub(crate) usual: Build,
-    /// At 2 Mbaud, otherwise the same.
-    pub(crate) fast: Build,
-    /// For the other boards, at 115200 baud.
-    pub(crate) others: Others,
-    /// For machines 000 to 004, each for its own file.
-    pub(crate) machines: [Build; 5],
-    /// For more boards, by name, as far as they have been built: three motors each.
-    pub(crate) more: Vec<(&'static str, Build)>,
-    /// Without pins: for boards of three motors that begin where the flash does, for those that
-    /// begin behind a bootloader of 32 KiB, and, if built, for those behind one of 48 KiB.
-    pub(crate) without_pins: Vec<Build>,
-    /// Without pins, for boards of four motors behind a bootloader of 32 KiB: their records say how
-    /// the motors move the axes.
-    pub(crate) four_motors: Build,
-    /// For the machine of `six_axes.toml`, if built.
-    pub(crate) six_axes: Option<Build>,
-}
-
-/// The builds for boards other than the unmodified Discovery.
-#[derive(Clone)]
-pub(crate) struct Others {
-    pub(crate) machine_003: Build,
-    pub(crate) skr_2: Build,
-    pub(crate) dual_y: Build,
-    pub(crate) core_xy: Build,
+    builds: BTreeMap<&'static str, Build>,
 }
 
 impl Firmware {
-    /// Reads the files that `cargo fw-test` has put into a folder.
-    pub(crate) fn read(folder: &str) -> Result<Self, Failure> {
-        let read = |name, wiring, baud| Build::read(&Path::new(folder).join(name), wiring, baud);
-        let without_pins = |name, wiring, timing| {
-            let build = read(name, wiring, USUAL_BAUD)?;
-            Ok::<_, Failure>(Build { timing, ..build })
-        };
-        let three = StepTiming::F407_RECORD;
-        let four_motors = without_pins("record-four", &DUAL_Y, StepTiming::F407_RECORD_FOUR)?;
-        let more = [
-            ("octopus", &OCTOPUS),
-            ("fly-407zg", &FLY_407ZG),
-            ("robin-nano-v3", &ROBIN_NANO_V3),
-            ("spider", &SPIDER),
-        ];
-        let built = |(name, wiring)| Some((name, read(name, wiring, USUAL_BAUD).ok()?));
-        let behind_48 = without_pins("record-behind-48", &ROBIN_NANO_V3, three);
-        let mut without_pins = vec![
-            without_pins("record", &DISCOVERY, three)?,
-            without_pins("record-behind", &SKR_2, three)?,
-        ];
-        without_pins.extend(behind_48);
-        Ok(Firmware {
-            more: more.into_iter().filter_map(built).collect(),
-            six_axes: read("six-axes", &DISCOVERY_6, USUAL_BAUD).ok(),
-            without_pins,
-            four_motors,
-            machines: [
-                read("machine-file-000", &DISCOVERY_4, USUAL_BAUD)?,
-                read("machine-file-001", &MACHINE_001, USUAL_BAUD)?,
-                read("machine-file-002", &DISCOVERY, USUAL_BAUD)?,
-                read("machine-file-003", &MACHINE_003, USUAL_BAUD)?,
-                read("machine-file-004", &DISCOVERY_4, USUAL_BAUD)?,
-            ],
-            usual: read("usual", &DISCOVERY, USUAL_BAUD)?,
-            fast: read("fast", &DISCOVERY, FAST_BAUD)?,
-            others: Others {
-                machine_003: read("machine-003", &MACHINE_003, USUAL_BAUD)?,
-                skr_2: read("skr-2", &SKR_2, USUAL_BAUD)?,
-                dual_y: read("dual-y", &DUAL_Y, USUAL_BAUD)?,
-                core_xy: read("core-xy", &SKR_2, USUAL_BAUD)?,
-            },
-        })
+    /// Reads the images with these names, which `cargo fw-test` has put into a folder.
+    pub(crate) fn read(folder: &str, names: &[&str]) -> Result<Self, Failure> {
+        let asked = IMAGES.iter().filter(|(name, ..)| names.contains(name));
+        let builds = asked.map(|&(name, wiring, baud, timing)| {
+            let build = Build::read(&Path::new(folder).join(name), wiring, baud)?;
+            Ok((name, Build { timing, ..build }))
+        });
+        let builds = builds.collect::<Result<_, Failure>>()?;
+        Ok(Firmware { builds })
     }
 
     /// The build that limits no step rate, at 2 Mbaud: `cargo fw-test --highest-rate` makes it.
@@ -161,17 +148,35 @@ impl Firmware {
         Build::read(&Path::new(folder).join("uncapped"), &DISCOVERY, FAST_BAUD)
     }
 
-    /// The build for the SKR 2, the only one that `cargo fw-test qemu` needs.
-    pub(crate) fn skr_2(folder: &str) -> Result<Build, Failure> {
-        Build::read(&Path::new(folder).join("skr-2"), &SKR_2, USUAL_BAUD)
+    /// A build.
+    ///
+    /// # Errors
+    /// The check does not say that it needs this build.
+    pub(crate) fn build(&self, name: &str) -> Result<&Build, Failure> {
+        let build = self.builds.get(name);
+        build.ok_or_else(|| Failure(format!("this check does not say that it needs {name}")))
+    }
+
+    /// These builds only, so that no check runs another one than it says.
+    pub(crate) fn only(&self, names: &[&str]) -> Self {
+        let mut few = self.clone();
+        few.builds.retain(|name, _| names.contains(name));
+        few
     }
 
     /// The build without pins for a board that comes with the firmware, and its record in the flash.
     pub(crate) fn recorded(&self, name: &str, wiring: &'static Wiring) -> Result<Build, Failure> {
-        let start = |build: &&Build| build.wiring.start == wiring.start;
-        let build = self.without_pins.iter().find(start);
-        let build = build.ok_or_else(|| Failure(format!("no build begins where {name} does")))?;
-        with_record_of(build, name, wiring)
+        let mut images = IMAGES
+            .iter()
+            .filter(|(_, _, _, timing)| *timing == StepTiming::F407_RECORD);
+        let image = images.find(|(_, other, ..)| other.start == wiring.start);
+        let image = image.ok_or_else(|| Failure(format!("no build begins where {name} does")))?;
+        with_record_of(self.build(image.0)?, name, wiring)
+    }
+
+    /// The build without pins for four motors, with this record in its flash.
+    pub(crate) fn four_motors(&self, record: &[u8]) -> Result<Build, Failure> {
+        Ok(self.build(FOUR_MOTORS)?.with_record(record))
     }
 
     /// The build without pins for four motors, and the record of a board that comes with the
@@ -181,25 +186,13 @@ impl Firmware {
         name: &str,
         wiring: &'static Wiring,
     ) -> Result<Build, Failure> {
-        with_record_of(&self.four_motors, name, wiring)
+        with_record_of(self.build(FOUR_MOTORS)?, name, wiring)
     }
 
     /// The same builds with a fault.
     pub(crate) fn with(&self, fault: Fault) -> Self {
         let mut faulty = self.clone();
-        faulty.usual.fault = Some(fault);
-        faulty.fast.fault = Some(fault);
-        faulty.others.machine_003.fault = Some(fault);
-        faulty.others.skr_2.fault = Some(fault);
-        faulty.others.dual_y.fault = Some(fault);
-        faulty.others.core_xy.fault = Some(fault);
-        let without_pins = faulty.without_pins.iter_mut();
-        let without_pins = without_pins.chain([&mut faulty.four_motors]);
-        for build in faulty.machines.iter_mut().chain(without_pins) {
-            build.fault = Some(fault);
-        }
-        let more = faulty.more.iter_mut().map(|(_, build)| build);
-        for build in more.chain(&mut faulty.six_axes) {
+        for build in faulty.builds.values_mut() {
             build.fault = Some(fault);
         }
         faulty

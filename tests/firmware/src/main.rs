@@ -8,12 +8,13 @@
 //! ```
 //!
 //! Each check boots a board of its own. Checks that measure interrupts empty the flash's caches at
-//! every exception. `cargo fw-test --list` names the checks; a subset of them runs in `.ci/run
-//! firmware`. `cargo fw-test --planted` plants faults in the firmware, one after the other, and
-//! makes sure that the checks find them.
+//! every exception. `cargo fw-test --list` names the checks; `.ci/run firmware` runs them all. `cargo
+//! fw-test --planted` plants faults in the firmware, one after the other, and makes sure that the
+//! checks find them.
 #![forbid(unsafe_code)]
 mod bench;
 mod checks;
+mod claims;
 mod compare;
 mod desk;
 mod failure;
@@ -34,10 +35,12 @@ use crate::{
     firmware::Firmware,
     planted::PLANTED,
 };
-use std::{env, fs, process::ExitCode, sync::Mutex, thread, time::Instant};
+use std::{collections::BTreeSet, env, fs, process::ExitCode, sync::Mutex, thread, time::Instant};
 
 const USAGE: &str =
-    "usage: fw-test FOLDER [--subset | --list | --costs | --highest-rate | --rates | --planted [WORD] | qemu | NAME...]";
+    "usage: fw-test --needs [TASK]... | FOLDER [--list | --costs | --highest-rate | --rates | --planted [WORD] | qemu | NAME...]";
+/// The images that `qemu` needs.
+const QEMU: &[&str] = &["skr-2"];
 /// The file that `--costs` writes.
 const COSTS: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
@@ -47,6 +50,9 @@ const COSTS: &str = concat!(
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    if let ["--needs", names @ ..] = words.as_slice() {
+        return told(needs(names));
+    }
     let [folder, names @ ..] = words.as_slice() else {
         eprintln!("{USAGE}");
         return ExitCode::from(2);
@@ -61,12 +67,16 @@ fn main() -> ExitCode {
             println!("{}", checks::rate::highest(&build)?);
             Ok(())
         }),
-        ["qemu"] => Firmware::skr_2(folder).and_then(|build| {
-            println!("{}", qemu::check(&build)?);
+        ["qemu"] => Firmware::read(folder, QEMU).and_then(|firmware| {
+            println!("{}", qemu::check(firmware.build("skr-2")?)?);
             Ok(())
         }),
-        names => with_all(folder, names),
+        names => with_images(folder, names),
     };
+    told(done)
+}
+
+fn told(done: Result<(), Failure>) -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
@@ -76,12 +86,47 @@ fn main() -> ExitCode {
     }
 }
 
-/// Does the tasks that need all builds.
-fn with_all(folder: &str, names: &[&str]) -> Result<(), Failure> {
-    let firmware = Firmware::read(folder)?;
+/// Does the tasks that need images of the table.
+fn with_images(folder: &str, names: &[&str]) -> Result<(), Failure> {
+    let firmware = Firmware::read(folder, &needed(names)?)?;
     match names {
         ["--costs"] => Ok(fs::write(COSTS, checks::costs::source(&firmware)?)?),
         names => run(&tasks(&firmware, names)?),
+    }
+}
+
+/// Prints the names of the images that a task needs, for `xtask`, which builds them.
+fn needs(names: &[&str]) -> Result<(), Failure> {
+    needed(names)?.iter().for_each(|name| println!("{name}"));
+    Ok(())
+}
+
+/// The names of the images that a task needs.
+fn needed(names: &[&str]) -> Result<Vec<&'static str>, Failure> {
+    let of = |checks: &[&'static Check]| {
+        let all: BTreeSet<_> = checks
+            .iter()
+            .flat_map(|check| check.needs)
+            .copied()
+            .collect();
+        all.into_iter().collect()
+    };
+    match names {
+        ["--rates" | "--highest-rate"] => Ok(vec!["uncapped"]),
+        ["qemu"] => Ok(QEMU.to_vec()),
+        ["--list"] => Ok(Vec::new()),
+        ["--costs"] => Ok(of(&[find("costs")?])),
+        ["--planted", ..] => {
+            let word = names.get(1).copied().unwrap_or_default();
+            let faults = PLANTED.iter().filter(|planted| planted.name.contains(word));
+            let checks: Vec<_> = faults.flat_map(|planted| planted.checks(CHECKS)).collect();
+            Ok(of(&checks))
+        }
+        [] => Ok(of(&CHECKS.iter().collect::<Vec<_>>())),
+        names => {
+            let checks: Result<Vec<_>, Failure> = names.iter().map(|name| find(name)).collect();
+            Ok(of(&checks?))
+        }
     }
 }
 
@@ -98,10 +143,6 @@ fn tasks<'a>(firmware: &'a Firmware, names: &[&str]) -> Result<Vec<Task<'a>>, Fa
             .iter()
             .map(|check| of_check(firmware, check))
             .collect()),
-        ["--subset"] => {
-            let subset = CHECKS.iter().filter(|check| check.subset);
-            Ok(subset.map(|check| of_check(firmware, check)).collect())
-        }
         ["--planted"] => Ok(of_planted(firmware, "")),
         ["--planted", word] => Ok(of_planted(firmware, word)),
         names => {
@@ -114,7 +155,7 @@ fn tasks<'a>(firmware: &'a Firmware, names: &[&str]) -> Result<Vec<Task<'a>>, Fa
 fn of_check<'a>(firmware: &'a Firmware, check: &'a Check) -> Task<'a> {
     Task {
         name: check.name.into(),
-        run: Box::new(|| (check.run)(firmware)),
+        run: Box::new(|| (check.run)(&firmware.only(check.needs))),
     }
 }
 

@@ -1,7 +1,7 @@
 //! The wiring of the firmware's default profile, copied from the wiring table in
 //! `crates/board-f407/README.md`: the pins are checked against that table, not against the
 //! firmware's own source.
-use leadscrew_f407emu::{Pin, SerialPort};
+use leadscrew_f407emu::{Pin, SerialLine, SerialPort};
 
 /// Frequency of the board's crystal in Hz.
 pub(crate) const CRYSTAL_HZ: u32 = 8_000_000;
@@ -10,7 +10,11 @@ pub(crate) const CPU_HZ: u64 = 168_000_000;
 /// CPU cycles in a count of the step timer.
 pub(crate) const CYCLES_PER_COUNT: u64 = 2;
 /// The serial line under test.
-pub(crate) const LINE: SerialPort = SerialPort::Usart2;
+pub(crate) const LINE: SerialLine = SerialLine {
+    port: SerialPort::Usart2,
+    output: Pin::new('A', 2),
+    input: Pin::new('A', 3),
+};
 /// Step pins of X, Y, Z.
 pub(crate) const STEP: [Pin; 3] = [Pin::new('E', 7), Pin::new('E', 8), Pin::new('E', 9)];
 /// Direction pins of X, Y, Z; high is negative.

@@ -45,6 +45,7 @@ const USART2: u32 = 0x4000_4400;
 const PWR: u32 = 0x4000_7000;
 const EXTI: u32 = 0x4001_3C00;
 const GPIOA: u32 = 0x4002_0000;
+const GPIOB: u32 = 0x4002_0400;
 const GPIOD: u32 = 0x4002_0C00;
 const GPIOE: u32 = 0x4002_1000;
 const RCC: u32 = 0x4002_3800;
@@ -54,8 +55,19 @@ const CRC: u32 = 0x4002_3000;
 /// The priorities of interrupts, one byte each.
 const NVIC_IPR: u32 = 0xE000_E400;
 const OTG_FS_IRQ: u32 = 67;
+const TIM11_IRQ: u32 = 26;
+const EXTI1_IRQ: u32 = 7;
+const EXTI9_5_IRQ: u32 = 23;
+const TIM5_IRQ: u32 = 50;
+const PVD_IRQ: u32 = 1;
 const TIM4: u32 = 0x4000_0800;
 const TIM9: u32 = 0x4001_4000;
+const SYSCFG_EXTICR2: u32 = 0x4001_380C;
+/// Offsets of a port's registers: alternate functions of pins 0 to 7 and 8 to 15.
+const AFRL: u32 = 0x20;
+const AFRH: u32 = 0x24;
+/// Where the program writes the packets of USB's endpoint 0.
+const OTG_FS_FIFO_0: u32 = OTG_FS + 0x1000;
 /// Offsets of a timer's registers.
 const SR: u32 = 0x10;
 const EGR: u32 = 0x14;
@@ -98,6 +110,36 @@ pub(crate) const PLANTED: &[Planted] = &[
     planted(
         "USB as urgent as ticks",
         NVIC_IPR + OTG_FS_IRQ,
+        |_| Some(0),
+        &["together"],
+    ),
+    planted(
+        "the end of a pulse as urgent as ticks",
+        NVIC_IPR + TIM11_IRQ,
+        |_| Some(0),
+        &["together", "jitter", "rate"],
+    ),
+    planted(
+        "an edge of the probe as urgent as ticks",
+        NVIC_IPR + EXTI1_IRQ,
+        |_| Some(0),
+        &["together"],
+    ),
+    planted(
+        "edges of limit switches as urgent as ticks",
+        NVIC_IPR + EXTI9_5_IRQ,
+        |_| Some(0),
+        &["together"],
+    ),
+    planted(
+        "the end of the filter's time as urgent as ticks",
+        NVIC_IPR + TIM5_IRQ,
+        |_| Some(0),
+        &["together"],
+    ),
+    planted(
+        "the supply's detector as urgent as ticks",
+        NVIC_IPR + PVD_IRQ,
         |_| Some(0),
         &["together"],
     ),
@@ -212,6 +254,18 @@ pub(crate) const PLANTED: &[Planted] = &[
         &["endings"],
     ),
     planted(
+        "the supply's threshold a level lower",
+        PWR,
+        |word| Some(word & !(7 << 5) | 3 << 5),
+        &["endings"],
+    ),
+    planted(
+        "the supply's threshold a level higher",
+        PWR,
+        |word| Some(word & !(7 << 5) | 5 << 5),
+        &["endings"],
+    ),
+    planted(
         "the supply not watched",
         PWR,
         |word| Some(word & !(1 << 4)),
@@ -308,6 +362,113 @@ pub(crate) const PLANTED: &[Planted] = &[
         &["stream-short"],
     ),
     planted(
+        "serial: the output is an input",
+        GPIOA,
+        |word| Some(word & !(3 << 4)),
+        &["stream-short"],
+    ),
+    planted(
+        "serial: the input is an output",
+        GPIOA,
+        |word| Some(word & !(3 << 6) | 1 << 6),
+        &["stream-short"],
+    ),
+    planted(
+        "serial: the input stays an input without a function",
+        GPIOA,
+        |word| Some(word & !(3 << 6)),
+        &["stream-short"],
+    ),
+    planted(
+        "serial: the output has another function",
+        GPIOA + AFRL,
+        |word| Some(word & !(0xF << 8) | 8 << 8),
+        &["stream-short"],
+    ),
+    planted(
+        "serial: the input has another function",
+        GPIOA + AFRL,
+        |word| Some(word & !(0xF << 12) | 8 << 12),
+        &["stream-short"],
+    ),
+    planted(
+        "serial: the SKR 2's output has another function",
+        GPIOA + AFRH,
+        |word| Some(word & !(0xF << 4) | 8 << 4),
+        &["boards", "record-machines"],
+    ),
+    planted(
+        "serial: machine 003's input is an input without a function",
+        GPIOB,
+        |word| Some(word & !(3 << 14)),
+        &["boards"],
+    ),
+    planted(
+        "USB: D- is an input",
+        GPIOA,
+        |word| Some(word & !(3 << 22)),
+        &["usb"],
+    ),
+    planted(
+        "USB: D+ is an input",
+        GPIOA,
+        |word| Some(word & !(3 << 24)),
+        &["usb"],
+    ),
+    planted(
+        "USB: D+ has another function",
+        GPIOA + AFRH,
+        |word| Some(word & !(0xF << 16) | 9 << 16),
+        &["usb", "boards"],
+    ),
+    planted(
+        "a sensor's pin is an input",
+        GPIOB,
+        |word| Some(word & !3),
+        &["machines"],
+    ),
+    planted(
+        "the laser's pin has another timer's function",
+        GPIOD + AFRH,
+        |word| Some(word & !(0xF << 16) | 1 << 16),
+        &["limits"],
+    ),
+    planted(
+        "limit switches are listened to at another port",
+        SYSCFG_EXTICR2,
+        |_| None,
+        &["limits"],
+    ),
+    planted(
+        "the caches of the flash not reset after an erase",
+        FLASH,
+        |word| Some(word & !(3 << 11)),
+        &["sector-change"],
+    ),
+    planted(
+        "USB: the configuration states a byte too much",
+        OTG_FS_FIFO_0,
+        |word| {
+            let is_configuration = word & 0xFFFF == 0x0209;
+            Some(if is_configuration {
+                word + (1 << 16)
+            } else {
+                word
+            })
+        },
+        &["usb"],
+    ),
+    planted(
+        "USB: an interface states an endpoint too few",
+        OTG_FS_FIFO_0,
+        |word| {
+            // bLength, bDescriptorType, number, alternate setting; they are behind 9 bytes.
+            let is_interface = word & 0xFF_FFFF == 0x00_0409 || word & 0xFFFF_FF00 == 0x0004_0900;
+            Some(if is_interface { word ^ 1 << 16 } else { word })
+        },
+        &["usb"],
+    ),
+    planted(
         "USB: no packet is taken after a request",
         OTG_FS + 0xB20,
         |word| Some(word & !(1 << 31)),
@@ -337,7 +498,7 @@ impl Planted {
     /// # Errors
     /// The check found nothing.
     pub(crate) fn hold(&self, firmware: &Firmware, check: &Check) -> Result<Figures, Failure> {
-        match (check.run)(&firmware.with(self.fault)) {
+        match (check.run)(&firmware.only(check.needs).with(self.fault)) {
             Ok(_) => Err(Failure(format!("{} does not find it", check.name))),
             Err(Failure(words)) => {
                 let mut figures = Figures::default();

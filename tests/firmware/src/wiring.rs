@@ -1,7 +1,7 @@
 //! The devices on the pins of each board, as the wiring tables of `crates/board-f407/README.md`
 //! give them.
 use crate::pins::{CRYSTAL_HZ, DIRECTION, LIMIT, LINE, POWER, SPINDLE, STEP};
-use leadscrew_f407emu::{Pin, SerialPort};
+use leadscrew_f407emu::{Pin, SerialLine, SerialPort};
 
 /// The first address of the flash, where most programs begin.
 pub(crate) const FLASH: u32 = 0x0800_0000;
@@ -23,7 +23,7 @@ pub(crate) struct Switch {
 #[derive(Debug)]
 pub(crate) struct Wiring {
     /// The serial line.
-    pub(crate) line: SerialPort,
+    pub(crate) line: SerialLine,
     /// The step pins, one for each motor.
     pub(crate) step: &'static [Pin],
     /// Direction pins; high is negative.
@@ -40,6 +40,8 @@ pub(crate) struct Wiring {
     pub(crate) high: &'static [Pin],
     /// Frequency of the crystal in Hz.
     pub(crate) crystal_hz: u32,
+    /// The flash of its chip, KB.
+    pub(crate) flash_kb: u16,
     /// The address of the vector table: the start of the flash, unless a bootloader is there.
     pub(crate) start: u32,
 }
@@ -63,6 +65,15 @@ const fn to_supply(pin: Pin) -> Option<Switch> {
     Some(Switch { pin, closed: true })
 }
 
+/// USART1 at two pins of a port: output and input.
+const fn usart_1(port: char, [output, input]: [u8; 2]) -> SerialLine {
+    SerialLine {
+        port: SerialPort::Usart1,
+        output: Pin::new(port, output),
+        input: Pin::new(port, input),
+    }
+}
+
 /// STM32F4-Discovery.
 pub(crate) const DISCOVERY: Wiring = Wiring {
     line: LINE,
@@ -78,6 +89,7 @@ pub(crate) const DISCOVERY: Wiring = Wiring {
     spindle: SPINDLE,
     high: &[],
     crystal_hz: CRYSTAL_HZ,
+    flash_kb: 1024,
     start: FLASH,
 };
 
@@ -160,7 +172,7 @@ pub(crate) const MACHINE_001: Wiring = Wiring {
 
 /// Machine 003: only Z has a limit switch.
 pub(crate) const MACHINE_003: Wiring = Wiring {
-    line: SerialPort::Usart1,
+    line: usart_1('B', [6, 7]),
     step: &[Pin::new('D', 12), Pin::new('A', 0), Pin::new('C', 6)],
     direction: &[Pin::new('D', 13), Pin::new('A', 1), Pin::new('C', 7)],
     lines: &[],
@@ -169,12 +181,13 @@ pub(crate) const MACHINE_003: Wiring = Wiring {
     spindle: Pin::new('E', 11),
     high: &[Pin::new('D', 1), Pin::new('D', 3)],
     crystal_hz: CRYSTAL_HZ,
+    flash_kb: 1024,
     start: FLASH,
 };
 
 /// BIGTREETECH SKR 2: its bootloader has the first 32 KiB.
 pub(crate) const SKR_2: Wiring = Wiring {
-    line: SerialPort::Usart1,
+    line: usart_1('A', [9, 10]),
     step: &[Pin::new('E', 2), Pin::new('D', 5), Pin::new('A', 15)],
     direction: &[Pin::new('E', 1), Pin::new('D', 4), Pin::new('A', 8)],
     lines: &[],
@@ -187,6 +200,7 @@ pub(crate) const SKR_2: Wiring = Wiring {
     spindle: Pin::new('B', 3),
     high: &[Pin::new('C', 13)],
     crystal_hz: CRYSTAL_HZ,
+    flash_kb: 1024,
     start: FLASH + 0x8000,
 };
 
@@ -213,9 +227,9 @@ pub(crate) const DUAL_Y: Wiring = Wiring {
     ..SKR_2
 };
 
-/// BIGTREETECH Octopus V1.1.
+/// BIGTREETECH Octopus V1.1, whose STM32F407ZE has half the flash.
 pub(crate) const OCTOPUS: Wiring = Wiring {
-    line: SerialPort::Usart1,
+    line: usart_1('A', [9, 10]),
     step: &[Pin::new('F', 13), Pin::new('G', 0), Pin::new('F', 11)],
     direction: &[Pin::new('F', 12), Pin::new('G', 1), Pin::new('G', 3)],
     lines: &[],
@@ -228,12 +242,13 @@ pub(crate) const OCTOPUS: Wiring = Wiring {
     spindle: Pin::new('A', 2),
     high: &[],
     crystal_hz: CRYSTAL_HZ,
+    flash_kb: 512,
     start: FLASH + 0x8000,
 };
 
 /// Mellow Fly-407ZG.
 pub(crate) const FLY_407ZG: Wiring = Wiring {
-    line: SerialPort::Usart1,
+    line: usart_1('A', [9, 10]),
     step: &[Pin::new('B', 9), Pin::new('B', 8), Pin::new('A', 8)],
     direction: &[Pin::new('E', 0), Pin::new('G', 11), Pin::new('D', 6)],
     lines: &[],
@@ -246,12 +261,13 @@ pub(crate) const FLY_407ZG: Wiring = Wiring {
     spindle: Pin::new('F', 7),
     high: &[],
     crystal_hz: CRYSTAL_HZ,
+    flash_kb: 1024,
     start: FLASH + 0x8000,
 };
 
-/// FYSETC Spider; it has another crystal.
+/// FYSETC Spider: an STM32F407VE, which has half the flash, and another crystal.
 pub(crate) const SPIDER: Wiring = Wiring {
-    line: SerialPort::Usart1,
+    line: usart_1('A', [9, 10]),
     step: &[Pin::new('E', 11), Pin::new('D', 8), Pin::new('D', 14)],
     direction: &[Pin::new('E', 10), Pin::new('B', 12), Pin::new('D', 13)],
     lines: &[],
@@ -264,12 +280,13 @@ pub(crate) const SPIDER: Wiring = Wiring {
     spindle: Pin::new('B', 15),
     high: &[],
     crystal_hz: 12_000_000,
+    flash_kb: 512,
     start: FLASH + 0x8000,
 };
 
 /// MKS Robin Nano V3: its bootloader has the first 48 KiB.
 pub(crate) const ROBIN_NANO_V3: Wiring = Wiring {
-    line: SerialPort::Usart1,
+    line: usart_1('A', [9, 10]),
     step: &[Pin::new('E', 3), Pin::new('E', 0), Pin::new('B', 5)],
     direction: &[Pin::new('E', 2), Pin::new('B', 9), Pin::new('B', 4)],
     lines: &[],
@@ -282,5 +299,6 @@ pub(crate) const ROBIN_NANO_V3: Wiring = Wiring {
     spindle: Pin::new('B', 0),
     high: &[],
     crystal_hz: CRYSTAL_HZ,
+    flash_kb: 1024,
     start: SECTOR_3,
 };

@@ -4,12 +4,16 @@ use crate::{
     link::Link,
     wires::{self, Wires},
 };
-use leadscrew_f407emu::{Exception, Machine, Pin, SerialPort, Tamper};
+use leadscrew_f407emu::{Exception, Machine, Pin, SerialLine, SerialPort, Tamper};
 
 /// The Discovery's crystal, Hz.
 const CRYSTAL_HZ: u32 = 8_000_000;
-/// The board's serial line.
-const LINE: SerialPort = SerialPort::Usart1;
+/// The board's serial line: PB6 and PB7, as docs/hil.md has it.
+const LINE: SerialLine = SerialLine {
+    port: SerialPort::Usart1,
+    output: Pin::new('B', 6),
+    input: Pin::new('B', 7),
+};
 /// The cycles that each look at the line lets pass: 60 µs.
 const LOOK: u64 = 10_000;
 
@@ -64,6 +68,7 @@ impl Emulated {
             _ => CRYSTAL_HZ,
         };
         let mut machine = Machine::new(crystal_hz);
+        machine.plug_serial(LINE);
         machine.load_elf(elf)?;
         match fault {
             Fault::Tamper { register, tamper } => machine.tamper_with(register, tamper),

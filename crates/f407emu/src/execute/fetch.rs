@@ -35,6 +35,7 @@ impl Machine {
     fn wait_for_line(&mut self, address: u32) {
         let acr = self.devices.flash.acr;
         self.cycle += self.art.fetch(address, acr, self.cycle);
+        self.tell_stale_use();
     }
 
     /// Fetches from SRAM over the system bus, which takes one cycle more (RM0090 section 2.1.3:

@@ -7,6 +7,8 @@
 //! conversion = (sampling time + 12) × 2 (ADCPRE + 1) / f_PCLK2
 //! ```
 //!
+//! A channel sees only a pin in analog mode; the conversion of another one gives 0, and a warning.
+//!
 //! Not modelled, and warned of where a program asks for it: regular groups, triggers, DMA, fewer
 //! than 12 bits, alignment to the left, the analog watchdog, channels without a pin, converters that
 //! work together, a sampling time that changes during a conversion (section 13.13.4). ADC2 and ADC3
@@ -88,6 +90,11 @@ struct Group {
 pub(crate) struct Adc {
     /// The voltages at the channels, as shares of the reference voltage; the world sets them.
     inputs: [f64; CHANNELS],
+    /// The channels whose pins are in analog mode, one bit each.
+    pub(crate) analog: u16,
+    /// Whether a channel has been converted whose pin was not in analog mode, since the last call
+    /// of [`Adc::take_misuse`].
+    misuse: bool,
     words: [u32; WORDS],
     common: u32,
     group: Option<Group>,
@@ -101,6 +108,8 @@ impl Adc {
         words[HTR / 4] = 0xFFF;
         Adc {
             inputs: [0.0; CHANNELS],
+            analog: 0,
+            misuse: false,
             words,
             common: 0,
             group: None,
@@ -110,9 +119,9 @@ impl Adc {
 
     /// Resets the registers; the voltages stay.
     pub(crate) fn reset(&mut self) {
-        let inputs = self.inputs;
         *self = Adc {
-            inputs,
+            inputs: self.inputs,
+            analog: self.analog,
             ..Adc::new()
         };
     }
@@ -120,6 +129,11 @@ impl Adc {
     /// Sets the voltage at a channel, as a share of the reference voltage.
     pub(crate) fn set_input(&mut self, channel: usize, share: f64) {
         self.inputs[channel] = share.clamp(0.0, 1.0);
+    }
+
+    /// Whether a channel has been converted whose pin was not in analog mode, since the last call.
+    pub(crate) fn take_misuse(&mut self) -> bool {
+        core::mem::take(&mut self.misuse)
     }
 
     /// Reads the register at `offset` from 0x40012000.
@@ -201,13 +215,15 @@ impl Adc {
             .map(|one| self.sampling(one) + CONVERSION)
             .sum();
         let is_stable = clock.now >= self.stable_at;
+        let sees = |channel: usize| channel >= CHANNELS || self.analog >> channel & 1 != 0;
         let results = self
             .channels()
             .map(|channel| match self.inputs.get(channel) {
-                Some(share) if is_stable => (share * 4095.0).round() as u32,
+                Some(share) if is_stable && sees(channel) => (share * 4095.0).round() as u32,
                 _ => 0,
             });
         let results = results.collect();
+        self.misuse |= !self.channels().all(sees);
         self.words[SR / 4] |= JSTRT;
         let ends = clock.now + clocks * divider * clock.apb2;
         self.group = Some(Group { ends, results });
@@ -251,6 +267,7 @@ mod tests {
     /// 8 and 9.
     fn ready() -> Adc {
         let mut adc = Adc::new();
+        adc.analog = 3 << 8;
         adc.set_input(8, 0.5);
         adc.set_input(9, 1.0);
         for (register, value) in [
@@ -307,6 +324,16 @@ mod tests {
         assert!(adc.write(CCR as u32, 1 << 16 | 5, at(1000)));
         assert!(!adc.write(JSQR as u32, 16 << 15, at(1000)));
         assert!(adc.write(CR2 as u32, ADON | JSWSTART, at(1000)));
+    }
+
+    #[test]
+    fn a_pin_in_another_mode_is_not_seen() {
+        let mut adc = ready();
+        adc.analog = 1 << 8;
+        adc.write(CR2 as u32, ADON | JSWSTART, at(1000));
+        assert_eq!(adc.read(JDR as u32, 1_000_000), 2048);
+        assert_eq!(adc.read(JDR as u32 + 4, 1_000_000), 0);
+        assert!(adc.take_misuse() && !adc.take_misuse());
     }
 
     #[test]

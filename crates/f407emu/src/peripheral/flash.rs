@@ -8,8 +8,7 @@
 //! A wrong key is a bus error (section 3.6.1), which ends the run. The manual does not say whether
 //! keys are wrong while the interface is open; here they have no effect.
 //!
-//! Not modelled, and warned of: mass erase, option bytes. Not modelled either: write protection,
-//! and old data in the caches.
+//! Not modelled, and warned of: mass erase, option bytes. Not modelled either: write protection.
 use super::NEVER;
 use crate::{
     instruction::Width,

@@ -122,6 +122,21 @@ impl Gpio {
         (register >> (4 * (pin & 7)) & 15) as u8
     }
 
+    /// The alternate function that a pin has; none in another mode.
+    pub(crate) fn alternate(&self, pin: u8) -> Option<u8> {
+        (self.alternates >> pin & 1 != 0).then(|| self.function(pin))
+    }
+
+    /// Whether a pin in alternate mode can be high: it is not open drain, or has a pull-up.
+    pub(crate) fn rises(&self, pin: u8) -> bool {
+        (!self.otyper as u16 | self.pull_ups) >> pin & 1 != 0
+    }
+
+    /// Whether a pin is in analog mode.
+    pub(crate) fn is_analog(&self, pin: u8) -> bool {
+        self.analogs >> pin & 1 != 0
+    }
+
     /// The levels of all pins, if timers drive the pins of `timers`.
     pub(crate) fn resolve(&self, timers: Driven) -> u16 {
         let outputs = self.driven_levels(timers);

@@ -25,6 +25,7 @@ pub(crate) mod flash;
 pub(crate) mod gpio;
 pub(crate) mod iwdg;
 pub(crate) mod nvic;
+pub(crate) mod pin_map;
 pub(crate) mod pwr;
 pub(crate) mod rcc;
 pub(crate) mod register_map;

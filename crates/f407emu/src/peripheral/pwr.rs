@@ -1,8 +1,24 @@
 //! Power control (RM0090 chapter 5): the voltage detector that warns of a brown-out.
 //!
 //! Not modelled, and warned of: stop and standby modes (sleep is modelled), the backup regulator.
-//! Not modelled either: the detector's thresholds. The supply is either good or low.
+//!
+//! The detector's thresholds are the typical ones of the data sheet (DocID022152, table 19); those of
+//! a chip are up to 0.07 V off.
 
+/// The supply at power-up, mV.
+const GOOD_MV: u32 = 3300;
+/// The thresholds by PWR_CR.PLS, mV: the supply is low below the first one, and good again above the
+/// second one.
+const THRESHOLDS: [(u32, u32); 8] = [
+    (2040, 2140),
+    (2190, 2300),
+    (2350, 2450),
+    (2510, 2600),
+    (2660, 2760),
+    (2840, 2930),
+    (2930, 3030),
+    (3030, 3140),
+];
 /// PWR_CR.PVDE: the detector is on.
 const DETECTOR: u32 = 1 << 4;
 /// PWR_CR.VOS: the core has the higher of its two voltages.
@@ -22,6 +38,9 @@ pub(crate) fn is_modelled(offset: u32, value: u32) -> bool {
 #[derive(Clone, Debug)]
 pub(crate) struct Pwr {
     control: u32,
+    /// The supply, mV.
+    supply: u32,
+    /// Whether the supply is low, as the comparator sees it.
     low: bool,
 }
 
@@ -30,16 +49,24 @@ impl Pwr {
     pub(crate) fn new() -> Self {
         Pwr {
             control: SCALE_1,
+            supply: GOOD_MV,
             low: false,
         }
     }
 
-    /// Sets whether the supply is low. Returns the new level of EXTI line 16 if that changes
-    /// (RM0090 section 5.2.3).
-    pub(crate) fn set_supply(&mut self, low: bool) -> Option<bool> {
+    /// Sets the supply, mV. Returns the new level of EXTI line 16 if that changes (RM0090 section
+    /// 5.2.3).
+    pub(crate) fn set_supply(&mut self, millivolts: u32) -> Option<bool> {
         let before = self.output();
-        self.low = low;
-        (self.output() != before).then_some(low)
+        self.supply = millivolts;
+        self.compare();
+        (self.output() != before).then_some(self.output())
+    }
+
+    /// Compares the supply with the thresholds; between them nothing changes.
+    fn compare(&mut self) {
+        let (falling, rising) = THRESHOLDS[(self.control >> 5 & 7) as usize];
+        self.low = self.supply < falling || self.low && self.supply <= rising;
     }
 
     /// Whether the core has the higher of its two voltages.
@@ -63,9 +90,10 @@ impl Pwr {
     /// Resets the registers; the supply stays as it is.
     pub(crate) fn reset(&mut self) {
         *self = Pwr {
-            low: self.low,
+            supply: self.supply,
             ..Pwr::new()
         };
+        self.compare();
     }
 
     /// Writes the register at `offset` from 0x40007000. Returns the new level of EXTI line 16 if
@@ -73,7 +101,12 @@ impl Pwr {
     pub(crate) fn write(&mut self, offset: u32, value: u32) -> Option<bool> {
         let before = self.output();
         if offset == 0 {
+            let was_on = self.control & DETECTOR != 0;
             self.control = value;
+            // A detector that is switched on knows of no voltage before: below the upper threshold
+            // the supply has not become good yet.
+            self.low |= !was_on && self.supply <= THRESHOLDS[(value >> 5 & 7) as usize].1;
+            self.compare();
         }
         (self.output() != before).then_some(self.output())
     }
@@ -86,27 +119,39 @@ mod tests {
     #[test]
     fn a_low_supply_is_reported_where_the_detector_is_on() {
         let mut pwr = Pwr::new();
-        assert_eq!(pwr.set_supply(true), None);
-        assert_eq!(pwr.set_supply(false), None);
+        assert_eq!(pwr.set_supply(1900), None);
+        assert_eq!(pwr.set_supply(3300), None);
         pwr.write(0, 0x4000 | DETECTOR);
-        assert_eq!(pwr.set_supply(true), Some(true));
+        assert_eq!(pwr.set_supply(1900), Some(true));
         assert_eq!(pwr.read(4) & LOW, LOW);
-        assert_eq!(pwr.set_supply(true), None);
-        assert_eq!(pwr.set_supply(false), Some(false));
+        assert_eq!(pwr.set_supply(1900), None);
+        assert_eq!(pwr.set_supply(3300), Some(false));
+    }
+
+    #[test]
+    fn each_level_has_its_two_thresholds() {
+        for (level, (falling, rising)) in (0..).zip(THRESHOLDS) {
+            let mut pwr = Pwr::new();
+            pwr.write(0, 0x4000 | DETECTOR | level << 5);
+            assert_eq!(pwr.set_supply(falling), None);
+            assert_eq!(pwr.set_supply(falling - 1), Some(true));
+            assert_eq!(pwr.set_supply(rising), None);
+            assert_eq!(pwr.set_supply(rising + 1), Some(false));
+        }
     }
 
     #[test]
     fn a_detector_that_is_switched_on_while_the_supply_is_low_rises() {
         let mut pwr = Pwr::new();
-        pwr.set_supply(true);
-        assert_eq!(pwr.write(0, 0x4000 | DETECTOR), Some(true));
+        pwr.set_supply(2700);
+        assert_eq!(pwr.write(0, 0x4000 | DETECTOR | 4 << 5), Some(true));
         assert_eq!(pwr.write(0, 0x4000), Some(false));
     }
 
     #[test]
     fn a_supply_that_is_low_stays_low_over_a_reset() {
         let mut pwr = Pwr::new();
-        pwr.set_supply(true);
+        pwr.set_supply(1900);
         pwr.reset();
         assert_eq!(pwr.write(0, 0x4000 | DETECTOR), Some(true));
     }

@@ -1,5 +1,7 @@
 //! A serial port (RM0090 chapter 30), and the line to the test at its other end.
 //!
+//! A byte moves only while the pins at which the cable is have the port's functions.
+//!
 //! A byte on the line lasts a start bit, 8 or 9 bits and the stop bits, at the rate that BRR sets.
 //! The test's end uses the same rate, and keeps bytes until the line is free, so that a byte can be
 //! lost only if the program reads too late.
@@ -54,6 +56,13 @@ pub(crate) struct UsartRequests {
     pub(crate) transmit: bool,
 }
 
+/// Whether pins connect a USART's output and input with the other end of its line.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub(crate) struct Connected {
+    pub(crate) output: bool,
+    pub(crate) input: bool,
+}
+
 /// A USART's registers and its line.
 #[derive(Clone, Debug)]
 pub(crate) struct Usart {
@@ -76,8 +85,12 @@ pub(crate) struct Usart {
     to_receive: VecDeque<u8>,
     receive_at: u64,
     idle_at: u64,
-    /// Whether the byte on the line had begun before the receiver was switched on.
+    /// Whether the byte on the line had begun before the receiver could see it.
     misses: bool,
+    /// Whether the output and the input are connected to the pins at which the cable is.
+    connected: Connected,
+    /// Whether the output has lost or found its pin while the byte goes out.
+    spoils: bool,
     /// Bytes that the program has sent.
     pub(crate) output: Vec<u8>,
     /// The number of bytes that came before the program had read the previous byte.
@@ -105,6 +118,8 @@ impl Usart {
             receive_at: NEVER,
             idle_at: NEVER,
             misses: false,
+            connected: Connected::default(),
+            spoils: false,
             output: Vec::new(),
             overruns: 0,
         }
@@ -118,6 +133,7 @@ impl Usart {
             output: core::mem::take(&mut self.output),
             overruns: self.overruns,
             bus_clock: self.bus_clock,
+            connected: self.connected,
             ..Usart::new(self.base)
         };
     }
@@ -125,6 +141,24 @@ impl Usart {
     /// Sets how many HCLK cycles a clock of its bus takes.
     pub(crate) fn set_bus_clock(&mut self, cycles: u32) {
         self.bus_clock = u64::from(cycles);
+    }
+
+    /// Its pins may have got other functions. A byte that is on the line meanwhile is lost.
+    pub(crate) fn connect(&mut self, connected: Connected, now: u64) {
+        let before = core::mem::replace(&mut self.connected, connected);
+        self.spoils |= before.output != connected.output && self.shifting.is_some();
+        self.misses |= before.input != connected.input && self.has_begun(now);
+    }
+
+    /// Whether pins connect it with the other end.
+    #[cfg(test)]
+    pub(crate) fn connected(&self) -> Connected {
+        self.connected
+    }
+
+    /// Whether a byte from the other end is on the line.
+    fn has_begun(&self, now: u64) -> bool {
+        self.receive_at != NEVER && now + self.frame() > self.receive_at
     }
 
     /// The other end sends bytes, from cycle `now` on.
@@ -173,7 +207,8 @@ impl Usart {
             (now + frame, NEVER)
         };
         let misses = core::mem::take(&mut self.misses);
-        let Some(byte) = byte.filter(|_| self.has(UE | RE) && !misses) else {
+        let Some(byte) = byte.filter(|_| self.has(UE | RE) && self.connected.input && !misses)
+        else {
             return false;
         };
         if self.status & (RXNE | ORE) != 0 {
@@ -188,7 +223,8 @@ impl Usart {
 
     /// A byte has left. Returns whether it requests another byte by DMA.
     fn sent(&mut self, now: u64) -> bool {
-        self.output.extend(self.shifting.take());
+        let spoils = core::mem::take(&mut self.spoils) || !self.connected.output;
+        self.output.extend(self.shifting.take().filter(|_| !spoils));
         self.shifting = self.waiting.take();
         if self.shifting.is_none() {
             self.sent_at = NEVER;
@@ -300,8 +336,7 @@ impl Usart {
     fn write_control(&mut self, value: u32, now: u64) {
         let was_on = self.has(UE | RE);
         self.cr1 = value;
-        let begun = self.receive_at != NEVER && now + self.frame() > self.receive_at;
-        self.misses |= begun && self.has(UE | RE) && !was_on;
+        self.misses |= self.has_begun(now) && self.has(UE | RE) && !was_on;
     }
 
     /// Whether all that the registers ask for is modelled.
@@ -340,10 +375,16 @@ impl Usart {
 mod tests {
     use super::*;
 
+    const BOTH: Connected = Connected {
+        output: true,
+        input: true,
+    };
+
     /// A USART at 115200 baud on a bus of 42 MHz: a bit has 365 clocks of 4 cycles.
     fn started() -> (Usart, Warnings) {
         let (mut usart, mut warnings) = (Usart::new(0x4000_4400), Warnings::default());
         usart.set_bus_clock(4);
+        usart.connect(BOTH, 0);
         usart.write(0x08, 365, 0, &mut warnings);
         usart.write(0x0C, UE | TE | RE | RXNEIE, 0, &mut warnings);
         (usart, warnings)
@@ -422,6 +463,26 @@ mod tests {
         usart.event(usart.next_event());
         assert_eq!(usart.read(0x04), u32::from(b'b'));
         assert_eq!(warnings.all(), []);
+    }
+
+    #[test]
+    fn a_byte_is_lost_if_its_pin_has_not_the_function_all_the_time() {
+        let none = Connected::default();
+        for (at_start, amid, at_end) in [(none, none, none), (BOTH, none, BOTH), (none, BOTH, BOTH)]
+        {
+            let (mut usart, mut warnings) = started();
+            usart.connect(at_start, 0);
+            usart.send(b"ab", 0);
+            usart.write(0x04, u32::from(b'c'), 0, &mut warnings);
+            usart.connect(amid, 5000);
+            usart.connect(at_end, 6000);
+            usart.event(usart.next_event());
+            assert_eq!(usart.read(0x00) & RXNE, 0);
+            assert_eq!(usart.output, b"");
+            usart.connect(BOTH, usart.next_event() - 14_600);
+            usart.event(usart.next_event());
+            assert_eq!(usart.read(0x04), u32::from(b'b'));
+        }
     }
 
     #[test]

@@ -7,6 +7,7 @@ use crate::{
     peripheral::{
         adc, dma, exti,
         nvic::Exception,
+        pin_map::{signal, Signal},
         timer_map::{output, Route, INSTANCES},
     },
     record::Cause,
@@ -160,6 +161,39 @@ fn pins_become_the_outputs_of_timers_that_sts_data_name() {
             assert_eq!(ours, theirs, "{name} by function {function}");
         }
     }
+}
+
+/// The peripheral and the name of a signal in ST's data.
+fn signal_name(signal: Signal) -> (&'static str, &'static str) {
+    match signal {
+        Signal::Transmit(index) => (USART_NAMES[index], "TX"),
+        Signal::Receive(index) => (USART_NAMES[index], "RX"),
+        Signal::UsbMinus => ("USB_OTG_FS", "DM"),
+        Signal::UsbPlus => ("USB_OTG_FS", "DP"),
+    }
+}
+
+#[test]
+fn pins_become_the_signals_of_serial_ports_and_usb_that_sts_data_name() {
+    let mut found = 0;
+    for (port, letter) in ('A'..='G').enumerate() {
+        for (pin, function) in (0..16).flat_map(|pin| (0..16).map(move |f| (pin, f))) {
+            let name = format!("P{letter}{pin}");
+            let theirs = METADATA.peripherals.iter().find_map(|one| {
+                let names = USART_NAMES.iter().chain(&["USB_OTG_FS"]);
+                let name_of_ours = names.copied().find(|name| *name == one.name)?;
+                let at = one.pins.iter().find(|at| {
+                    let is_modelled = matches!(at.signal, "TX" | "RX" | "DM" | "DP");
+                    is_modelled && at.pin == name && at.af == Some(function)
+                })?;
+                Some((name_of_ours, at.signal))
+            });
+            let ours = signal(port, pin, function).map(signal_name);
+            assert_eq!(ours, theirs, "{name} by function {function}");
+            found += usize::from(ours.is_some());
+        }
+    }
+    assert_eq!(found, 4 + 4 + 6 + 4 + 2);
 }
 
 /// The address of an enable register of RCC, and the bit of a field in it.

@@ -14,6 +14,7 @@ use crate::{
     },
     record::{Cause, FlashOperation},
     trap::Stray,
+    warning::Warning,
     world::Happening,
 };
 
@@ -44,8 +45,8 @@ impl Machine {
                 self.devices.rcc.crystal_fails();
                 self.clocks_changed(now);
             }
-            Happening::Supply { low } => {
-                if let Some(level) = self.devices.pwr.set_supply(low) {
+            Happening::Supply { millivolts } => {
+                if let Some(level) = self.devices.pwr.set_supply(millivolts) {
                     self.detector_changed(level);
                 }
             }
@@ -143,7 +144,6 @@ impl Machine {
     // Flash
 
     pub(crate) fn flash_write(&mut self, offset: u32, value: u32, now: u64) {
-        const RESETS_CACHES: u32 = 3 << 11;
         let before = self.devices.flash.acr;
         // FLASH_CR keeps the bus until the operation under way has ended (RM0090 section 3.6.1).
         let now = match offset {
@@ -153,18 +153,25 @@ impl Machine {
         self.cycle = self.cycle.max(now);
         let time = (now, self.clocks.hclk);
         let flash = &mut self.devices.flash;
-        if let Some(erase) = flash.write(offset, value, time, &mut self.warnings) {
+        let erase = flash.write(offset, value, time, &mut self.warnings);
+        if erase
+            .as_ref()
+            .is_some_and(|erase| erase.range.end > self.memory.flash.len())
+        {
+            self.warnings.add(Warning::NoSuchSector);
+        } else if let Some(erase) = erase {
             self.remember(erase.range.clone());
             self.record_flash_operation(now, erase.range.start, true);
+            let addresses = [erase.range.start, erase.range.end].map(|at| FLASH + at as u32);
             self.memory.erase(erase.range);
-            self.art.flush();
+            self.art.erase(addresses[0]..addresses[1]);
         }
         if self.devices.flash.is_barred() {
             self.stop_astray(0x4002_3C00 + offset, Stray::WrongKey);
         }
         let acr = self.devices.flash.acr;
-        if acr != before || acr & RESETS_CACHES != 0 {
-            self.art.flush();
+        self.art.reset(acr);
+        if acr != before {
             self.clocks_changed(now);
         }
         self.flash_changed();
@@ -189,5 +196,7 @@ impl Machine {
 
 #[cfg(test)]
 mod capture_tests;
+#[cfg(test)]
+mod pin_tests;
 #[cfg(test)]
 mod tests;

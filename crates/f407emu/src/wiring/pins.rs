@@ -3,7 +3,12 @@
 use super::timers::outputs;
 use crate::{
     machine::Machine,
-    peripheral::gpio::Driven,
+    peripheral::{
+        adc,
+        gpio::Driven,
+        pin_map::{self, Signal},
+        usart::Connected,
+    },
     record::{Cause, Edge, Pin},
     world::Happening,
 };
@@ -76,9 +81,59 @@ impl Machine {
         driven
     }
 
+    /// Pins may have got other functions: tells the serial ports, USB and ADC1 so.
+    pub(crate) fn functions_changed(&mut self, now: u64) {
+        let signals = self.signals();
+        for (index, cable) in self.devices.cables.into_iter().enumerate() {
+            let connected = cable.map(|(output, input)| Connected {
+                output: signals.contains(&(output, Signal::Transmit(index))) && self.rises(output),
+                // Where two pins have the function of one input, the cable may be at the wrong one.
+                input: only(&signals, Signal::Receive(index)) == Some(input),
+            });
+            self.devices.usarts[index].connect(connected.unwrap_or_default(), now);
+        }
+        let lines = [Signal::UsbMinus, Signal::UsbPlus];
+        self.devices.usb.connected = lines.iter().all(|line| only(&signals, *line).is_some());
+        self.devices.adc.analog = self.analog_channels();
+    }
+
+    /// The pins with a function of a serial port or of USB.
+    fn signals(&self) -> Vec<(Pin, Signal)> {
+        let ports = (0..).zip(&self.devices.ports);
+        let pins = ports.flat_map(|(port, gpio)| (0..16).map(move |number| (port, gpio, number)));
+        pins.filter_map(|(port, gpio, number)| {
+            let signal = pin_map::signal(port.into(), number, gpio.alternate(number)?)?;
+            Some((Pin { port, number }, signal))
+        })
+        .collect()
+    }
+
+    /// Whether a pin in alternate mode can be high.
+    fn rises(&self, pin: Pin) -> bool {
+        self.devices.ports[usize::from(pin.port)].rises(pin.number)
+    }
+
+    /// The channels of ADC1 whose pins are in analog mode, one bit each.
+    fn analog_channels(&self) -> u16 {
+        let ports = (0..3).zip(&self.devices.ports);
+        let pins = ports.flat_map(|(port, gpio)| (0..16).map(move |number| (port, gpio, number)));
+        pins.filter(|(_, gpio, number)| gpio.is_analog(*number))
+            .filter_map(|(port, _, number)| adc::channel(port, number))
+            .fold(0, |all, channel| all | 1 << channel)
+    }
+
     pub(crate) fn exti_changed(&mut self) {
         for (exception, up) in self.devices.exti.interrupts() {
             self.nvic.set_line(exception, up);
         }
+    }
+}
+
+/// The pin with a function, if just one pin has it.
+fn only(signals: &[(Pin, Signal)], wanted: Signal) -> Option<Pin> {
+    let mut pins = signals.iter().filter(|(_, signal)| *signal == wanted);
+    match (pins.next(), pins.next()) {
+        (Some((pin, _)), None) => Some(*pin),
+        _ => None,
     }
 }

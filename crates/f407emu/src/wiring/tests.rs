@@ -1,5 +1,6 @@
 //! Tests of peripherals that work together.
 use crate::{
+    devices::{SerialLine, SerialPort},
     instruction::Width,
     machine::Machine,
     peripheral::{nvic::Exception, rcc::ResetCause},
@@ -10,12 +11,21 @@ use crate::{
 const RCC: u32 = 0x4002_3800;
 pub(super) const GPIOD: u32 = 0x4002_0C00;
 pub(super) const TIM4: u32 = 0x4000_0800;
+/// USART2 at PA2 and PA3, and the words that give these pins their function.
+const LINE: SerialLine = SerialLine {
+    port: SerialPort::Usart2,
+    output: Pin::new('A', 2),
+    input: Pin::new('A', 3),
+};
+const LINE_MODES: (u32, u32) = (0x4002_0000, 0xA800_0000 | 0b1010 << 4);
+const LINE_FUNCTIONS: (u32, u32) = (0x4002_0020, 0x77 << 8);
 pub(super) const LASER: Pin = Pin::new('D', 12);
 
 /// A machine whose core sleeps in a `wfi; b .-2` at the start of SRAM, with these registers
 /// written.
 pub(super) fn machine(registers: &[(u32, u32)]) -> Box<Machine> {
     let mut machine = Machine::with_clocks();
+    machine.plug_serial(LINE);
     machine.write_word(0x2000_0000, 0xE7FD_BF30).unwrap();
     machine.cpu.next = 0x2000_0000;
     for &(address, value) in registers {
@@ -233,16 +243,21 @@ fn a_switch_makes_its_line_pending_at_its_cycle() {
 
 #[test]
 fn bytes_come_one_after_the_other_at_the_rate_of_the_port() {
-    let mut machine = machine(&[(USART2 + 0x08, 16), (USART2 + 0x0C, 0x200C)]);
+    let mut machine = machine(&[
+        LINE_MODES,
+        LINE_FUNCTIONS,
+        (USART2 + 0x08, 16),
+        (USART2 + 0x0C, 0x200C),
+    ]);
     let sent_at = machine.cycle();
-    machine.uart_send(crate::SerialPort::Usart2, b"ab");
+    machine.uart_send(LINE, b"ab");
     machine.run_until(sent_at + 159).unwrap();
     assert_eq!(machine.read_word(USART2).unwrap() & 1 << 5, 0);
     machine.run_until(sent_at + 200).unwrap();
     assert_eq!(machine.read_word(USART2 + 4), Ok(u32::from(b'a')));
     machine.run_until(sent_at + 330).unwrap();
     assert_eq!(machine.read_word(USART2 + 4), Ok(u32::from(b'b')));
-    assert_eq!(machine.uart_overruns(crate::SerialPort::Usart2), 0);
+    assert_eq!(machine.uart_overruns(LINE), 0);
 }
 
 const USART2: u32 = 0x4000_4400;
@@ -254,6 +269,8 @@ const DMA1_S6: u32 = 0x4002_6000 + 0x10 + 6 * 0x18;
 #[test]
 fn dma_takes_received_bytes_round_and_round() {
     let mut machine = machine(&[
+        LINE_MODES,
+        LINE_FUNCTIONS,
         (USART2 + 0x08, 16),
         (USART2 + 0x14, 1 << 6),
         (USART2 + 0x0C, 0x200C),
@@ -262,7 +279,7 @@ fn dma_takes_received_bytes_round_and_round() {
         (DMA1_S5 + 0x0C, 0x2000_0100),
         (DMA1_S5, 4 << 25 | 5 << 11 | 1 << 10 | 1 << 8 | 1),
     ]);
-    machine.uart_send(crate::SerialPort::Usart2, b"abcdef");
+    machine.uart_send(LINE, b"abcdef");
     machine.run_until(machine.cycle() + 1_200).unwrap();
     let places = (0x2000_0100..).step_by(2).take(4);
     let found: Vec<_> = places
@@ -271,7 +288,7 @@ fn dma_takes_received_bytes_round_and_round() {
     assert_eq!(found, b"efcd".map(u32::from));
     assert_eq!(machine.read_word(DMA1_S5 + 0x04), Ok(2));
     assert_eq!(machine.read_word(USART2).unwrap() & 1 << 5, 0);
-    assert_eq!(machine.uart_overruns(crate::SerialPort::Usart2), 0);
+    assert_eq!(machine.uart_overruns(LINE), 0);
 }
 
 /// RM0090 section 30.3.13, transmission using DMA: the request lasts while TXE and DMAT are set,
@@ -279,6 +296,8 @@ fn dma_takes_received_bytes_round_and_round() {
 #[test]
 fn dma_sends_bytes_from_memory_and_says_when_the_last_is_in_the_port() {
     let mut machine = machine(&[
+        LINE_MODES,
+        LINE_FUNCTIONS,
         (USART2 + 0x08, 16),
         (USART2 + 0x14, 1 << 7),
         (USART2 + 0x0C, 0x200C),
@@ -295,10 +314,7 @@ fn dma_sends_bytes_from_memory_and_says_when_the_last_is_in_the_port() {
     assert!(machine.nvic.is_pending(transfer_complete));
     assert_eq!(machine.read_word(DMA1_S6).unwrap() & 1, 0);
     machine.run_until(started + 650).unwrap();
-    assert_eq!(
-        machine.uart_out(crate::SerialPort::Usart2).as_slice(),
-        b"ok\r\n"
-    );
+    assert_eq!(machine.uart_out(LINE).as_slice(), b"ok\r\n");
 }
 
 #[test]
@@ -337,7 +353,7 @@ fn a_supply_that_sinks_is_an_edge_of_line_16() {
         (0x4001_3C00, 1 << 16),
         (0x4001_3C08, 1 << 16),
     ]);
-    machine.supply_at(100, true);
+    machine.supply_at(100, 2000);
     machine.run_until(120).unwrap();
     assert!(machine.nvic.is_pending(Exception::irq(1)));
 }

@@ -115,6 +115,13 @@ fn ensure_outputs(build: &Build, (hz, levels): (u64, u64)) -> Result<(), Failure
     Ok(())
 }
 
+/// Checks that a host sets the board up over USB and is answered.
+fn ensure_talks_usb(build: &Build) -> Result<(), Failure> {
+    let mut bench = Bench::boot(build)?;
+    bench.plug_usb()?;
+    bench.command("$G").map(|_| ())
+}
+
 /// Runs all checks of one board.
 pub(super) fn ensure_works<const MOTORS: usize>(
     build: &Build,
@@ -127,6 +134,7 @@ pub(super) fn ensure_works<const MOTORS: usize>(
         Belts::Straight => ensure_traces(build, Cartesian)?,
         Belts::Crossed => ensure_traces(build, CoreXy)?,
     };
+    ensure_talks_usb(build)?;
     ensure_outputs(build, power)?;
     ensure_engraves(build, power)?;
     ensure_stops(build)?;
@@ -135,7 +143,6 @@ pub(super) fn ensure_works<const MOTORS: usize>(
 }
 
 pub(crate) fn boards(firmware: &Firmware) -> Result<Figures, Failure> {
-    let others = &firmware.others;
     let [x, y, z, _] = AWAY;
     let all = "<Idle|MPos:-1.000,-1.000,-1.000|";
     let only_z = "<Idle|MPos:0.000,0.000,-1.000|";
@@ -145,7 +152,7 @@ pub(crate) fn boards(firmware: &Firmware) -> Result<Figures, Failure> {
         (
             "machine-003",
             ensure_works(
-                &others.machine_003,
+                firmware.build("machine-003")?,
                 straight,
                 MACHINE_003_POWER,
                 [x, y, z],
@@ -154,15 +161,27 @@ pub(crate) fn boards(firmware: &Firmware) -> Result<Figures, Failure> {
         ),
         (
             "skr-2",
-            ensure_works(&others.skr_2, straight, SKR_2_POWER, [x, y, z], all),
+            ensure_works(
+                firmware.build("skr-2")?,
+                straight,
+                SKR_2_POWER,
+                [x, y, z],
+                all,
+            ),
         ),
         (
             "core-xy",
-            ensure_works(&others.core_xy, crossed, CORE_XY_POWER, [x, y, z], all),
+            ensure_works(
+                firmware.build("core-xy")?,
+                crossed,
+                CORE_XY_POWER,
+                [x, y, z],
+                all,
+            ),
         ),
         (
             "dual-y",
-            ensure_works(&others.dual_y, straight, DUAL_Y_POWER, AWAY, all),
+            ensure_works(firmware.build("dual-y")?, straight, DUAL_Y_POWER, AWAY, all),
         ),
     ] {
         figures.add(
@@ -179,15 +198,13 @@ pub(crate) fn more(firmware: &Firmware) -> Result<Figures, Failure> {
     let all = "<Idle|MPos:-1.000,-1.000,-1.000|";
     let mut figures = Figures::default();
     for (name, power) in MORE_POWER {
-        let built = firmware.more.iter().find(|(one, _)| *one == name);
-        let (_, build) = built.ok_or_else(|| Failure(format!("{name} has not been built")))?;
+        let build = firmware.build(name)?;
         let safe = start_up::ensure_off_at_once(build, &[])?;
         let works = ensure_works(build, Belts::Straight, power, [x, y, z], all);
         let works = works.map_err(|Failure(words)| Failure(format!("{name}: {words}")))?;
         figures.add(name, format!("{works}; {safe}"));
     }
-    let missing = || Failure("six-axes has not been built".into());
-    let build = firmware.six_axes.as_ref().ok_or_else(missing)?;
+    let build = firmware.build("six-axes")?;
     figures.add("six axes", ensure_axes(build, &SIX_AXES)?);
     Ok(figures)
 }

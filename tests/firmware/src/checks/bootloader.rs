@@ -95,16 +95,16 @@ fn first_stack(build: &Build) -> Result<u32, Failure> {
 pub(crate) fn bootloaders(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
     let (mask, expected) = TEMPLATE;
-    let others = &firmware.others;
-    for (name, build) in [("discovery", &firmware.usual), ("skr-2", &others.skr_2)] {
+    let skr_2 = firmware.build("skr-2")?;
+    for (name, build) in [("discovery", firmware.build("usual")?), ("skr-2", skr_2)] {
         let stack = first_stack(build)?;
         ensure(stack & mask == expected, || {
             format!("{name}: ST's bootloaders refuse a stack at {stack:#010x}")
         })?;
         figures.add(name, format!("stack pointer {stack:#010x}"));
     }
-    let mut bench = Bench::switch_on(&others.skr_2)?;
-    let image = bootloader(others.skr_2.wiring.start);
+    let mut bench = Bench::switch_on(skr_2)?;
+    let image = bootloader(skr_2.wiring.start);
     bench.machine.program_flash(FLASH, &image);
     bench.hear_banner()?;
     for (what, register, bits) in [
@@ -128,7 +128,7 @@ pub(crate) fn bootloaders(firmware: &Firmware) -> Result<Figures, Failure> {
 /// How fast the edges of pins are: each pin has two bits in OSPEEDR (RM0090 section 8.4.3).
 pub(crate) fn edges(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
-    let mut bench = Bench::switch_on(&firmware.usual)?;
+    let mut bench = Bench::switch_on(firmware.build("usual")?)?;
     bench.hear_banner()?;
     let mut speed = |port: u32, pin: u32| {
         let word = bench.machine.peek(0x4002_0000 + 0x400 * port + 0x08);

@@ -73,7 +73,7 @@ fn profile(bench: &Bench, irq: u8) -> &Profile {
 
 /// The costs of step interrupts at which three motors step, with cold caches.
 fn of_steps(firmware: &Firmware) -> Result<Vec<Cost>, Failure> {
-    let bench = timing::busy_with_three_motors(&firmware.usual)?;
+    let bench = timing::busy_with_three_motors(firmware.build("usual")?)?;
     let interrupts = Interrupts::of(&bench);
     let latencies = bench.pins.steps.iter().map(|step| step.latency.into());
     let (edge, _) = middle_and_most(&latencies.collect::<Vec<u64>>());
@@ -137,7 +137,7 @@ fn power_edge(bench: &Bench) -> Result<u64, Failure> {
 
 /// The cost of a limit switch, with cold caches.
 fn of_switches(firmware: &Firmware) -> Result<Cost, Failure> {
-    let mut bench = moving(&firmware.usual, 0.1)?;
+    let mut bench = moving(firmware.build("usual")?, 0.1)?;
     bench.cold();
     bench.machine.clear_records();
     bench.set(LIMIT[0], false);
@@ -253,7 +253,7 @@ fn run_out(bench: &mut Bench) -> Result<(), Failure> {
 
 /// The costs of the serial line at 2 Mbaud and of the main loop.
 fn of_main_loop(firmware: &Firmware) -> Result<Vec<Cost>, Failure> {
-    let mut bench = Bench::boot(&firmware.fast)?;
+    let mut bench = Bench::boot(firmware.build("fast")?)?;
     bench.commands(SETTINGS)?;
     bench.run_for(0.1)?;
     bench.machine.record_services();

@@ -131,7 +131,7 @@ pub(super) fn ensure_homes<const MOTORS: usize>(
 
 pub(crate) fn homing(firmware: &Firmware) -> Result<Figures, Failure> {
     let words = ensure_homes(
-        &firmware.usual,
+        firmware.build("usual")?,
         Belts::Straight,
         AWAY,
         "<Idle|MPos:-1.000,-1.000,-1.000|",

@@ -58,7 +58,7 @@ pub(crate) fn late_arm(firmware: &Firmware) -> Result<Figures, Failure> {
     for cycles in DELAYS {
         let mut longest = 0f64;
         for instant in INSTANTS {
-            let gap = delayed(&firmware.usual, instant, cycles);
+            let gap = delayed(firmware.build("usual")?, instant, cycles);
             let gap = gap.map_err(|Failure(words)| {
                 Failure(format!(
                     "a tick {cycles} cycles late, after {instant} s: {words}"
@@ -100,7 +100,7 @@ fn first_interval(bench: &mut Bench) -> Result<f64, Failure> {
 /// Rests for longer than the step timer takes to wrap around. The next line must begin with the
 /// same interval as the line before the rest.
 pub(crate) fn long_rest(firmware: &Firmware) -> Result<Figures, Failure> {
-    let mut bench = Bench::boot(&firmware.usual)?;
+    let mut bench = Bench::boot(firmware.build("usual")?)?;
     bench.ignore_power();
     bench.commands(SETTINGS)?;
     let before = first_interval(&mut bench)?;

@@ -405,8 +405,8 @@ type Of = fn(&Build) -> Result<String, Failure>;
 pub(crate) fn machines(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
     let checks: [Of; 5] = [laser, prototyper, drill, engraver, printer];
-    for (number, (check, build)) in checks.iter().zip(&firmware.machines).enumerate() {
-        let done = check(build);
+    for (number, check) in checks.iter().enumerate() {
+        let done = check(firmware.build(&format!("machine-file-00{number}"))?);
         figures.add(
             format!("00{number}"),
             done.map_err(|Failure(words)| Failure(format!("00{number}: {words}")))?,

@@ -75,7 +75,7 @@ fn compare_all(build: &Build, jobs: &[Job]) -> Result<Figures, Failure> {
 pub(crate) fn queued_traces(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut jobs = Job::traces()?;
     jobs.retain(|job| job.lines() < FITS);
-    compare_all(&firmware.usual, &jobs)
+    compare_all(firmware.build("usual")?, &jobs)
 }
 
 pub(crate) fn queued_examples(firmware: &Firmware) -> Result<Figures, Failure> {
@@ -83,7 +83,7 @@ pub(crate) fn queued_examples(firmware: &Firmware) -> Result<Figures, Failure> {
     let jobs = names.iter().map(|name| Job::example(name));
     let mut jobs = jobs.collect::<Result<Vec<_>, _>>()?;
     jobs.push(Job::new("circle with $705", EASED, &circle()));
-    compare_all(&firmware.usual, &jobs)
+    compare_all(firmware.build("usual")?, &jobs)
 }
 
 /// A jerk limit: each line of a circle makes the profile anew, from the moves far ahead of it.
@@ -114,14 +114,14 @@ pub(crate) fn direction_setup(firmware: &Firmware) -> Result<Figures, Failure> {
     for setup_us in SETUPS {
         let settings = format!("{ZIGZAG}$709={setup_us}\n");
         let job = Job::new("zigzag", &settings, &program);
-        let (bench, _) = run_queued(&firmware.usual, &job)?;
+        let (bench, _) = run_queued(firmware.build("usual")?, &job)?;
         let least = bench.pins.extremes.setup as f64 * 1e6 / CPU_HZ as f64;
         figures.add(
             format!("$709={setup_us}"),
             format!("{least:.2} us from a direction to a step at least"),
         );
         ensure(least >= setup_us as f64, || figures.to_string())?;
-        compare_queued(&firmware.usual, &job)?;
+        compare_queued(firmware.build("usual")?, &job)?;
     }
     Ok(figures)
 }

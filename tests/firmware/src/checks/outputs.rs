@@ -44,7 +44,7 @@ fn ensure_power(bench: &mut Bench) -> Result<(), Failure> {
 }
 
 pub(crate) fn outputs(firmware: &Firmware) -> Result<Figures, Failure> {
-    let mut bench = Bench::boot(&firmware.usual)?;
+    let mut bench = Bench::boot(firmware.build("usual")?)?;
     ensure_power(&mut bench)?;
     for (words, expected) in WORDS {
         bench.command(words)?;

@@ -154,7 +154,7 @@ fn operations_of(start: &Bench, line: &str) -> Result<(Vec<FlashOperation>, Vec<
 }
 
 pub(crate) fn power_loss(firmware: &Firmware) -> Result<Figures, Failure> {
-    let start = with_known(&firmware.fast)?;
+    let start = with_known(firmware.build("fast")?)?;
     let old = stored(&mut start.clone())?;
     let mut figures = Figures::default();
     for line in WRITES {
@@ -211,7 +211,7 @@ pub(super) fn fill(mut bench: Bench) -> Result<(Bench, String), Failure> {
 /// next start-up.
 pub(crate) fn sector_change(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
-    let mut start = with_known(&firmware.fast)?;
+    let mut start = with_known(firmware.build("fast")?)?;
     start.commands("$100=250\nG91G1F3000")?;
     for name in [
         "the spare sector blank",

@@ -49,7 +49,7 @@ fn report(bench: &Bench, line: &str, contact: usize, place: u64) -> Result<Vec<S
 }
 
 pub(crate) fn probe(firmware: &Firmware) -> Result<Figures, Failure> {
-    let mut bench = Bench::boot(&firmware.usual)?;
+    let mut bench = Bench::boot(firmware.build("usual")?)?;
     bench.commands(SETTINGS)?;
     bench.cold();
     bench.pins.clear();

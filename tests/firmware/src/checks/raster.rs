@@ -2,6 +2,7 @@
 use super::Figures;
 use crate::{
     bench::{ensure, Bench, Failure},
+    claims::{self, Row},
     firmware::Firmware,
     pins::{CPU_HZ, LINE},
     stream::Stream,
@@ -18,6 +19,18 @@ const AHEAD: usize = 6_000;
 /// The steps of a line, and the rate that must be kept up with them, lines/s. With 20 steps the
 /// board reaches its highest step rate, and must only not be late or lose bytes.
 const STEPS: [(u32, f64); 2] = [(8, RATE), (20, 0.0)];
+
+/// Where these rates are stated.
+const README: Row = Row {
+    file: "README.md",
+    last: "`cargo fw-test raster`",
+    column: 2,
+};
+const BENCHMARKS: Row = Row {
+    file: "docs/benchmarks.md",
+    last: "`raster`",
+    column: 2,
+};
 
 /// Settings of a laser that is faster than the lines come. A line is 0.05 mm and `steps` steps; the
 /// laser could burn 12 500 pixels a second, 11 500 with the reversals.
@@ -48,8 +61,9 @@ pub(crate) fn raster_lines(firmware: &Firmware) -> Result<Figures, Failure> {
     })?;
     let (ahead, timed) = program.split_at(14 * AHEAD);
     let mut figures = Figures::default();
+    let mut rates = Vec::new();
     for (steps, least) in STEPS {
-        let mut bench = Bench::boot(&firmware.fast)?;
+        let mut bench = Bench::boot(firmware.build("fast")?)?;
         bench.ignore_power();
         bench.commands(&settings(steps))?;
         bench.command("G21G90M4S0F60000")?;
@@ -71,6 +85,11 @@ pub(crate) fn raster_lines(firmware: &Firmware) -> Result<Figures, Failure> {
         ensure(rate >= least && late == 0 && lost == 0, || {
             figures.to_string()
         })?;
+        rates.push(Some(rate));
     }
+    claims::ensure_stated(&README, &rates[..1])?;
+    // The figures between: CPU, steps, kHz, mm/s.
+    let few = [rates[0], None, None, None, None, rates[1]];
+    claims::ensure_stated(&BENCHMARKS, &few)?;
     Ok(figures)
 }

@@ -66,7 +66,7 @@ fn late(bench: &Bench) -> usize {
 /// Runs three motors at the board's highest rate for a second; the setting that asks for more must
 /// be answered with a message.
 pub(crate) fn at_the_cap(firmware: &Firmware) -> Result<Figures, Failure> {
-    let (mut bench, busy) = run(&firmware.fast, FASTER)?;
+    let (mut bench, busy) = run(firmware.build("fast")?, FASTER)?;
     let (steps, late) = (&bench.pins.steps, late(&bench));
     let (rate, jitter) = (fastest(steps), jitter(steps));
     let count = steps.len();

@@ -51,7 +51,7 @@ fn send_and_arrive_among(
 pub(crate) fn reset_byte(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
     for seconds in INSTANTS {
-        let mut bench = moving(&firmware.usual, seconds)?;
+        let mut bench = moving(firmware.build("usual")?, seconds)?;
         let arrived = send_and_arrive(&mut bench, 0x18)?;
         bench.hear_banner()?;
         bench.run_for(0.3)?;
@@ -100,7 +100,7 @@ fn until_stop(bench: &mut Bench, before: usize) -> Result<f64, Failure> {
 
 /// Realtime bytes on a full line must be seen as soon as bytes on a silent one.
 pub(crate) fn on_a_full_line(firmware: &Firmware) -> Result<Figures, Failure> {
-    let bench = moving(&firmware.fast, 0.4)?;
+    let bench = moving(firmware.build("fast")?, 0.4)?;
     let (mut report, mut stop) = (0f64, f64::MIN);
     for before in BEFORE {
         report = report.max(until_report(&mut bench.clone(), before)?);
@@ -130,7 +130,7 @@ const IN_A_LIST_US: f64 = 5_000.0;
 
 /// A report that is asked for while `$$` goes out comes after the row under way.
 pub(crate) fn in_a_list(firmware: &Firmware) -> Result<Figures, Failure> {
-    let bench = Bench::boot(&firmware.usual)?;
+    let bench = Bench::boot(firmware.build("usual")?)?;
     let mut longest = 0f64;
     for bytes in GONE_OUT {
         let mut bench = bench.clone();

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     bench::{ensure, fail, Bench, Failure},
-    firmware::{Build, Firmware, Others},
+    firmware::{Build, Firmware},
     wiring::{
         Wiring, DISCOVERY, DUAL_Y, FLY_407ZG, MACHINE_003, OCTOPUS, ROBIN_NANO_V3, SKR_2, SPIDER,
     },
@@ -98,12 +98,12 @@ fn ensure_alike(one: &Build, other: &Build) -> Result<(), Failure> {
 /// as a build with this machine's pins compiled in.
 pub(crate) fn machines(firmware: &Firmware) -> Result<Figures, Failure> {
     let [x, y, z, _] = AWAY;
-    let (others, power) = (&firmware.others, SKR_2_POWER);
+    let power = SKR_2_POWER;
     let mut figures = Figures::default();
     for (name, wiring, wired) in [
-        ("skr-2", &SKR_2, &others.skr_2),
-        ("skr-2-dual-y", &DUAL_Y, &others.dual_y),
-        ("skr-2-core-xy", &SKR_2, &others.core_xy),
+        ("skr-2", &SKR_2, firmware.build("skr-2")?),
+        ("skr-2-dual-y", &DUAL_Y, firmware.build("dual-y")?),
+        ("skr-2-core-xy", &SKR_2, firmware.build("core-xy")?),
     ] {
         let build = firmware.of_four_motors(name, wiring)?;
         let works = || {
@@ -130,7 +130,7 @@ fn four_axes(firmware: &Firmware) -> Result<String, Failure> {
     let profile = boards::FOUR_AXES.profile()?;
     let board = Board::find("skr-2", Path::new("")).map_err(Failure)?;
     let record = profile.fitted(&board)?.record_for(&profile.recorded()?)?;
-    let build = firmware.four_motors.with_record(&record);
+    let build = firmware.four_motors(&record)?;
     // The file has more settings than the board's.
     let safe = start_up::ensure_off_within(&build, &[], DRIVEN_LONGEST_US)?;
     let works = boards::ensure_axes(&build, &boards::FOUR_AXES)?;
@@ -154,12 +154,12 @@ fn longest(firmware: &Firmware) -> Result<Build, Failure> {
 pub(crate) fn interrupt(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
     let mut costs = Vec::new();
-    let Others { skr_2, dual_y, .. } = &firmware.others;
+    let (skr_2, dual_y) = (firmware.build("skr-2")?, firmware.build("dual-y")?);
     let recorded = |name, wiring| firmware.recorded(name, wiring);
     for (name, wired, build, most) in [
         (
             "discovery",
-            &firmware.usual,
+            firmware.build("usual")?,
             recorded("discovery", &DISCOVERY)?,
             LOADING,
         ),

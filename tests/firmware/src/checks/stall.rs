@@ -159,7 +159,7 @@ fn at_many_instants(bench: &Bench) -> Result<String, Failure> {
 }
 
 pub(crate) fn flash_stall(firmware: &Firmware) -> Result<Figures, Failure> {
-    let mut bench = with_known(&firmware.fast)?;
+    let mut bench = with_known(firmware.build("fast")?)?;
     bench.commands("$100=250\n$110=6000\n$120=500\nG91G1F3000\n")?;
     bench.machine.clear_records();
     let lines = [

@@ -78,12 +78,15 @@ pub(super) fn ensure_off_within(
 
 pub(crate) fn pins(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
-    let [_, prototyper, _, _, printer] = &firmware.machines;
+    let (prototyper, printer) = (
+        firmware.build("machine-file-001")?,
+        firmware.build("machine-file-004")?,
+    );
     let [nozzle, bed] = HEATERS;
     for (name, build, further) in [
-        ("discovery", &firmware.usual, &[][..]),
-        ("machine-003", &firmware.others.machine_003, &[]),
-        ("dual-y", &firmware.others.dual_y, &[]),
+        ("discovery", firmware.build("usual")?, &[][..]),
+        ("machine-003", firmware.build("machine-003")?, &[]),
+        ("dual-y", firmware.build("dual-y")?, &[]),
         ("machine 001", prototyper, &[OUTPUT, nozzle, bed]),
         ("machine 004", printer, &[FAN, nozzle, bed]),
     ] {
@@ -105,7 +108,7 @@ const ASLEEP: f64 = 0.95;
 
 /// Without a crystal the machine must say so, and do the job all the same.
 pub(crate) fn crystal(firmware: &Firmware) -> Result<Figures, Failure> {
-    let mut bench = Bench::switch_on_with(&firmware.usual, 0)?;
+    let mut bench = Bench::switch_on_with(firmware.build("usual")?, 0)?;
     let heard = bench.hear_banner()?;
     ensure(heard.iter().any(|line| line == NO_CRYSTAL), || {
         format!("says {heard:?}")
@@ -117,7 +120,7 @@ pub(crate) fn crystal(firmware: &Firmware) -> Result<Figures, Failure> {
         &steps,
         &desk::plan(&settings, &job.program, Rate::NeverWaits)?,
     )?;
-    let mut with = Bench::switch_on_with(&firmware.usual, CRYSTAL_HZ)?;
+    let mut with = Bench::switch_on_with(firmware.build("usual")?, CRYSTAL_HZ)?;
     let heard = with.hear_banner()?;
     ensure(heard.iter().all(|line| line != NO_CRYSTAL), || {
         format!("says {heard:?}")
@@ -149,8 +152,8 @@ fn logged(bench: &Bench, elf: &[u8]) -> Result<u32, Failure> {
 
 /// The log as probe-rs would show it: the board's name and clock, in at least four bytes.
 pub(crate) fn log(firmware: &Firmware) -> Result<Figures, Failure> {
-    let bench = Bench::boot(&firmware.usual)?;
-    let bytes = logged(&bench, &firmware.usual.elf)?;
+    let bench = Bench::boot(firmware.build("usual")?)?;
+    let bytes = logged(&bench, &firmware.build("usual")?.elf)?;
     ensure(bytes >= 4, || {
         format!("{bytes} bytes are logged at start-up")
     })?;
@@ -161,7 +164,7 @@ pub(crate) fn log(firmware: &Firmware) -> Result<Figures, Failure> {
 
 /// At rest the core sleeps.
 pub(crate) fn sleep(firmware: &Firmware) -> Result<Figures, Failure> {
-    let mut bench = Bench::boot(&firmware.usual)?;
+    let mut bench = Bench::boot(firmware.build("usual")?)?;
     bench.run_for(0.1)?;
     let (began, slept) = (bench.machine.cycle(), bench.machine.slept());
     bench.run_for(1.0)?;

@@ -91,7 +91,7 @@ fn run(build: &Build, fault: Option<u32>) -> Result<(), Failure> {
 }
 
 pub(crate) fn left_out(firmware: &Firmware) -> Result<Figures, Failure> {
-    let build = &firmware.usual;
+    let build = firmware.build("usual")?;
     run(build, None)?;
     let stores = stores(build)?;
     let mut figures = Figures::default();

@@ -83,12 +83,12 @@ fn full_first(job: Job) -> Job {
 pub(crate) fn full_queue(firmware: &Firmware) -> Result<Figures, Failure> {
     let jobs =
         ["spiral.nc", "pocket.nc", "raster.nc"].map(|name| Job::example(name).map(full_first));
-    compare_all(&firmware.fast, jobs, exact)
+    compare_all(firmware.build("fast")?, jobs, exact)
 }
 
 pub(crate) fn short(firmware: &Firmware) -> Result<Figures, Failure> {
     let names = ["corner_090", "spiral", "inch_square", "laser_raster_m4"];
-    compare_all(&firmware.usual, names.map(Job::trace), same_path)
+    compare_all(firmware.build("usual")?, names.map(Job::trace), same_path)
 }
 
 pub(crate) fn examples(firmware: &Firmware) -> Result<Figures, Failure> {
@@ -103,17 +103,17 @@ pub(crate) fn examples(firmware: &Firmware) -> Result<Figures, Failure> {
         "raster.nc",
         "spiral.nc",
     ];
-    compare_all(&firmware.usual, names.map(Job::example), same_path)
+    compare_all(firmware.build("usual")?, names.map(Job::example), same_path)
 }
 
 pub(crate) fn fast_examples(firmware: &Firmware) -> Result<Figures, Failure> {
     let names = ["heart.nc", "pocket.nc", "raster.nc", "spiral.nc"];
-    compare_all(&firmware.fast, names.map(Job::example), same_path)
+    compare_all(firmware.build("fast")?, names.map(Job::example), same_path)
 }
 
 pub(crate) fn traces(firmware: &Firmware) -> Result<Figures, Failure> {
     compare_all(
-        &firmware.usual,
+        firmware.build("usual")?,
         Job::traces()?.into_iter().map(Ok),
         same_path,
     )
@@ -154,7 +154,7 @@ fn duration(build: &Build, reserve: &str, silence: Range<f64>) -> Result<f64, Fa
 
 /// A sender that falls silent costs no time, unless it is silent for longer than the reserve.
 pub(crate) fn silent_sender(firmware: &Firmware) -> Result<Figures, Failure> {
-    let build = &firmware.fast;
+    let build = firmware.build("fast")?;
     let smooth = duration(build, "", 0.0..0.0)?;
     let silent = duration(build, "", SILENCE)?;
     let little = duration(build, "$710=0.1\n", SILENCE)?;

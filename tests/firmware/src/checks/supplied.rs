@@ -148,7 +148,7 @@ pub(crate) fn supplied_jobs(firmware: &Firmware) -> Result<Figures, Failure> {
         let number: usize = owner.number.parse()?;
         for job in made(owner.number)? {
             let name = format!("{} {}", owner.number, job.name);
-            let done = owner.work(&firmware.machines[number], &job);
+            let done = owner.work(firmware.build(&format!("machine-file-{number:03}"))?, &job);
             figures.add(
                 &name,
                 done.map_err(|Failure(words)| Failure(format!("{name}: {words}")))?,

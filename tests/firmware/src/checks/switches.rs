@@ -62,7 +62,7 @@ fn stop_by(mut bench: Bench, pin: Pin, words: &str) -> Result<Stopped, Failure> 
 
 /// Closes `pins` in turn at many instants.
 fn stop_at_many(firmware: &Firmware, pins: &[Pin], words: &str) -> Result<Figures, Failure> {
-    let mut base = moving(&firmware.usual, 0.22)?;
+    let mut base = moving(firmware.build("usual")?, 0.22)?;
     base.cold();
     let mut all = Vec::new();
     for pin in pins.iter().cycle().take(EDGES) {
@@ -118,7 +118,7 @@ const AT_THE_PERIODS_END: Fault = Fault {
 pub(crate) fn limit_switches(firmware: &Firmware) -> Result<Figures, Failure> {
     let figures = stop_at_many(firmware, &LIMIT, "ALARM:1")?;
     stop_at_many(&firmware.with(AT_THE_PERIODS_END), &LIMIT, "ALARM:1")?;
-    let mut bench = moving(&firmware.usual, 0.1)?;
+    let mut bench = moving(firmware.build("usual")?, 0.1)?;
     bench.set(LIMIT[1], false);
     bench.hear_until(0.1, |line| line == "ALARM:1")?;
     let status = bench.status()?;
@@ -180,7 +180,7 @@ fn dark_after_erasing(build: &Build) -> Result<(), Failure> {
 /// The reset button and a limit switch at rest: the laser must be off before the main loop acts.
 pub(crate) fn at_rest(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
-    let mut bench = Bench::boot(&firmware.usual)?;
+    let mut bench = Bench::boot(firmware.build("usual")?)?;
     bench.commands(LASER)?;
     let base = lit_at_rest(bench)?;
     for (pin, words) in [
@@ -197,7 +197,7 @@ pub(crate) fn at_rest(firmware: &Firmware) -> Result<Figures, Failure> {
             format!("laser off {off:.2} us after the filter's time"),
         );
     }
-    dark_after_erasing(&firmware.fast)?;
+    dark_after_erasing(firmware.build("fast")?)?;
     Ok(figures)
 }
 
@@ -272,8 +272,8 @@ fn other_times(build: &Build) -> Result<(), Failure> {
 }
 
 pub(crate) fn filter(firmware: &Firmware) -> Result<Figures, Failure> {
-    other_times(&firmware.usual)?;
-    let base = moving(&firmware.usual, 0.1)?;
+    other_times(firmware.build("usual")?)?;
+    let base = moving(firmware.build("usual")?, 0.1)?;
     for limit in LIMIT {
         filter_one(&base, limit, false, "<Alarm")?;
     }
@@ -318,7 +318,7 @@ fn ensure_still(bench: &mut Bench) -> Result<(), Failure> {
 /// Feed hold, cycle start and door, one after the other: the job must still be carried out to its
 /// last step.
 pub(crate) fn buttons(firmware: &Firmware) -> Result<Figures, Failure> {
-    let mut bench = moving(&firmware.usual, 0.1)?;
+    let mut bench = moving(firmware.build("usual")?, 0.1)?;
     press(&mut bench, HOLD, false)?;
     bench.wait_for("Hold:0", 1.0)?;
     ensure_still(&mut bench)?;
@@ -365,7 +365,7 @@ const ANSWERED_SECONDS: f64 = 0.01;
 /// Noise in the MHz range on a limit switch that is not in use: the machine must answer, and motion
 /// go on to its last step.
 pub(crate) fn noise(firmware: &Firmware) -> Result<Figures, Failure> {
-    let mut bench = Bench::boot(&firmware.usual)?;
+    let mut bench = Bench::boot(firmware.build("usual")?)?;
     bench.ignore_power();
     bench.machine.watch(LIMIT[0], false);
     bench.commands(NOISE_SETTINGS)?;

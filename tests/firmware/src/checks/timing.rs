@@ -5,6 +5,7 @@ use super::{
 };
 use crate::{
     bench::{ensure, fail, Bench, Failure},
+    claims::{self, Row},
     firmware::{Build, Firmware},
     pins::{CPU_HZ, CYCLES_PER_COUNT, STEP_IRQ},
     steps::{jitter, net, Step},
@@ -78,7 +79,11 @@ const REPORTED: &str = "MPos:300.000,211.000,97.000|";
 pub(crate) fn jitter_at_every_ratio(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
     for (pulse_us, rate) in RATIOS {
-        let mut bench = run_busy(&firmware.usual, &settings(pulse_us, rate, 4000), MOVE)?;
+        let mut bench = run_busy(
+            firmware.build("usual")?,
+            &settings(pulse_us, rate, 4000),
+            MOVE,
+        )?;
         describe_edges(&bench, pulse_us, &mut figures);
         let held = ensure_exact(&mut bench, pulse_us);
         held.map_err(|Failure(words)| Failure(format!("{words}\n{figures}")))?;
@@ -197,9 +202,31 @@ pub(super) fn measure(build: &Build) -> Result<(Interrupts, Figures), Failure> {
     Ok((interrupts, figures))
 }
 
+/// Where the lengths of the interrupts are stated: in README.md the longest tick and the longest that
+/// takes a segment; in docs/benchmarks.md also the middle ones, and the end of a pulse.
+const README: Row = Row {
+    file: "README.md",
+    last: "`cargo fw-test step-interrupt`",
+    column: 2,
+};
+const BENCHMARKS: Row = Row {
+    file: "docs/benchmarks.md",
+    last: "`step-interrupt`",
+    column: 2,
+};
+
+/// Checks that documents state these lengths.
+fn ensure_stated(interrupts: &Interrupts) -> Result<(), Failure> {
+    let [tick, load, end] = [&interrupts.stepping, &interrupts.loads, &interrupts.ends]
+        .map(|lengths| middle_and_most(lengths))
+        .map(|(middle, most)| (Some(middle as f64), Some(most as f64)));
+    claims::ensure_stated(&README, &[tick.1, load.1])?;
+    claims::ensure_stated(&BENCHMARKS, &[tick.0, tick.1, load.0, load.1, end.0])
+}
+
 /// No step interrupt may take longer than allowed, including those that load a segment.
 pub(crate) fn step_interrupt(firmware: &Firmware) -> Result<Figures, Failure> {
-    let (interrupts, figures) = measure(&firmware.usual)?;
+    let (interrupts, figures) = measure(firmware.build("usual")?)?;
     let Interrupts {
         stepping, loads, ..
     } = &interrupts;
@@ -212,5 +239,6 @@ pub(crate) fn step_interrupt(firmware: &Firmware) -> Result<Figures, Failure> {
     ensure(interrupts.longest() <= LOADING, || {
         format!("more than {LOADING} cycles\n{figures}")
     })?;
+    ensure_stated(&interrupts)?;
     Ok(figures)
 }

@@ -76,8 +76,8 @@ fn ensure_survives(build: &Build) -> Result<String, Failure> {
 pub(crate) fn update(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
     for (name, build) in [
-        ("discovery", &firmware.usual),
-        ("skr-2", &firmware.others.skr_2),
+        ("discovery", firmware.build("usual")?),
+        ("skr-2", firmware.build("skr-2")?),
     ] {
         let words = ensure_survives(build);
         figures.add(

@@ -208,10 +208,10 @@ fn unread(bench: &Bench, figures: &mut Figures) -> Result<(), Failure> {
 
 pub(crate) fn usb(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
-    let bench = plugged(&firmware.usual)?;
+    let bench = plugged(firmware.build("usual")?)?;
     descriptors(&bench)?;
     jobs(&bench, &mut figures)?;
-    reset(&firmware.usual, &mut figures)?;
+    reset(firmware.build("usual")?, &mut figures)?;
     pulled(&bench, &mut figures)?;
     left_lit(&bench, &mut figures)?;
     unread(&bench, &mut figures)?;

@@ -41,7 +41,7 @@ pub(crate) fn watchdog(firmware: &Firmware) -> Result<Figures, Failure> {
         ("the step interrupt", step_interrupt),
     ] {
         for seconds in INSTANTS {
-            let (steps, laser) = hang(&firmware.usual, seconds, what)?;
+            let (steps, laser) = hang(firmware.build("usual")?, seconds, what)?;
             let words = format!(
                 "last step edge after {:.1} ms, laser off after {:.1} ms",
                 steps / 1e3,
@@ -62,7 +62,7 @@ pub(crate) fn watchdog(firmware: &Firmware) -> Result<Figures, Failure> {
 pub(crate) fn halted(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
     for seconds in INSTANTS {
-        let mut bench = Bench::switch_on(&firmware.usual)?;
+        let mut bench = Bench::switch_on(firmware.build("usual")?)?;
         bench.machine.set_lsi(LSI_SLOWEST_HZ);
         let mut bench = move_off(bench, seconds)?;
         let began = bench.machine.cycle();
@@ -83,7 +83,7 @@ pub(crate) fn halted(firmware: &Firmware) -> Result<Figures, Failure> {
 /// Does everything that keeps the main loop busy: settings, reports, a stream of short moves, a
 /// dwell.
 pub(crate) fn normal_work(firmware: &Firmware) -> Result<Figures, Failure> {
-    let mut bench = Bench::switch_on(&firmware.fast)?;
+    let mut bench = Bench::switch_on(firmware.build("fast")?)?;
     bench.machine.set_lsi(LSI_FASTEST_HZ);
     bench.hear_banner()?;
     bench.cold();

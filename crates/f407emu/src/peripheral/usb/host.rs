@@ -7,10 +7,16 @@
 //!     +------------------ Leaving, 3 ms (the device notices) <-------- cable pulled -----------+
 //! ```
 //!
+//! The host is as strict as an operating system may be: it refuses a device whose descriptors state
+//! wrong lengths or counts, and one that sends more than it was asked for.
+//!
 //! A transaction takes the time of its bytes at 12 Mbit/s. After a refused transaction the host
 //! makes the next one at once, which may go in the other direction. After two refusals in a row it
 //! waits a little. DTR is never set.
-use super::{Answer, Usb};
+use super::{
+    descriptors::{self, Fault},
+    Answer, Usb,
+};
 use crate::peripheral::NEVER;
 use std::collections::VecDeque;
 
@@ -40,7 +46,7 @@ const PACKET: usize = 64;
 const ADDRESS: u8 = 5;
 
 /// A control transfer.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Request {
     setup: [u8; 8],
     /// The data that the host sends with it.
@@ -79,8 +85,18 @@ const REQUESTS: [Request; 7] = [
         data: &[0x00, 0xC2, 0x01, 0x00, 0, 0, 8],
     },
 ];
-/// The request whose answer names the endpoints.
+/// The requests whose answers are the device's descriptor, and the configuration that names the
+/// endpoints.
+const DEVICE: usize = 2;
 const CONFIGURATION: usize = 4;
+/// English of the United States, the language in which strings are asked for.
+const LANGUAGE: [u8; 2] = 0x0409u16.to_le_bytes();
+
+/// The request for a string; number 0 is the list of languages.
+const fn string(number: u8) -> Request {
+    let language = if number == 0 { [0, 0] } else { LANGUAGE };
+    request([0x80, 6, number, 3, language[0], language[1], 255, 0])
+}
 
 /// The phase of a control transfer.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -95,8 +111,16 @@ enum Stage {
     Alone,
     Seen,
     Resetting,
-    Asking { request: usize, phase: Phase },
-    Talking { input: usize, output: usize },
+    Asking {
+        request: usize,
+        phase: Phase,
+    },
+    Talking {
+        input: usize,
+        output: usize,
+    },
+    /// The device does not keep the rules: the host leaves it alone.
+    Refused,
     Leaving,
 }
 
@@ -117,6 +141,10 @@ pub(crate) struct Host {
     /// The bytes that the program has still to send, and the bytes that were received for it.
     pub(crate) to_send: VecDeque<u8>,
     pub(crate) received: Vec<u8>,
+    /// The requests of the device that has appeared.
+    requests: Vec<Request>,
+    /// Why the host has refused the device.
+    pub(crate) refusal: Fault,
     /// The device's answer to each request since it last appeared.
     pub(crate) answers: Vec<Vec<u8>>,
 }
@@ -134,6 +162,8 @@ impl Default for Host {
             refused: false,
             to_send: VecDeque::new(),
             received: Vec::new(),
+            requests: REQUESTS.to_vec(),
+            refusal: None,
             answers: Vec::new(),
         }
     }
@@ -202,6 +232,8 @@ impl Usb {
             Stage::Seen => {
                 self.bus_reset();
                 self.host.answers.clear();
+                self.host.requests = REQUESTS.to_vec();
+                self.host.refusal = None;
                 self.host.address = 0;
                 (Stage::Resetting, self.host.micros(RESET))
             }
@@ -214,6 +246,7 @@ impl Usb {
                 let wait = self.talk(input, output);
                 (Stage::Talking { input, output }, wait)
             }
+            Stage::Refused => (Stage::Refused, self.host.micros(LOOK)),
         };
         self.host.go_on(stage, now + wait.max(1));
     }
@@ -221,7 +254,7 @@ impl Usb {
     /// Makes a transaction of a control transfer. Returns the next stage, and the cycles until
     /// then.
     fn ask(&mut self, number: usize, phase: Phase) -> (Stage, u64) {
-        let request = &REQUESTS[number];
+        let request = self.host.requests[number];
         let address = self.host.address;
         let (answer, bytes) = match &phase {
             Phase::Setup => (self.setup(address, &request.setup), 8),
@@ -264,15 +297,35 @@ impl Usb {
 
     /// Ends a control transfer. Returns the next stage, and the cycles until then.
     fn answered(&mut self, number: usize, all: Vec<u8>, wait: u64) -> (Stage, u64) {
+        let request = self.host.requests[number];
+        let fault = match request.length() {
+            length if request.reads() && all.len() > length => Some("no more than was asked for"),
+            _ => check(&request, number, &all),
+        };
+        if fault.is_some() {
+            self.host.answers.push(all);
+            self.host.refusal = fault;
+            return (Stage::Refused, wait);
+        }
+        if number == DEVICE {
+            let mut numbers: Vec<u8> = descriptors::strings(&all).collect();
+            // A device without strings has no list of their languages.
+            if !numbers.is_empty() {
+                numbers.insert(0, 0);
+            }
+            let place = CONFIGURATION + 1;
+            let strings = numbers.into_iter().map(string);
+            self.host.requests.splice(place..place, strings);
+        }
         self.host.answers.push(all);
-        let wait = match REQUESTS[number].sets_address() {
+        let wait = match request.sets_address() {
             true => {
                 self.host.address = ADDRESS;
                 self.host.micros(ADDRESSING)
             }
             false => wait,
         };
-        if number + 1 < REQUESTS.len() {
+        if number + 1 < self.host.requests.len() {
             return (asking(number + 1), wait);
         }
         let (input, output) = bulk_endpoints(&self.host.answers[CONFIGURATION]);
@@ -317,6 +370,17 @@ fn asking(request: usize) -> Stage {
     Stage::Asking {
         request,
         phase: Phase::Setup,
+    }
+}
+
+/// Checks the answer to a request for a descriptor.
+fn check(request: &Request, number: usize, answer: &[u8]) -> Fault {
+    match (request.setup[..2] == [0x80, 6], request.setup[3], number) {
+        (true, 1, _) => descriptors::device(answer),
+        (true, 2, CONFIGURATION) => descriptors::configuration(answer),
+        (true, 2, _) if answer.len() != request.length() => Some("the head of the configuration"),
+        (true, 3, _) => descriptors::string(answer),
+        _ => None,
     }
 }
 

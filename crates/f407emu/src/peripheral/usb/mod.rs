@@ -16,6 +16,7 @@
 //! time (GUSBCFG.TRDT), the choice of the mode (GUSBCFG.FDMOD: it is a device always), the supply
 //! of the cable, frame numbers and suspend in DSTS, and the suspend interrupt of a device without a
 //! cable.
+mod descriptors;
 mod endpoint;
 mod host;
 
@@ -134,6 +135,8 @@ pub(crate) struct Usb {
     data: VecDeque<u8>,
     /// Whether the host is in the SETUP stage of a control transfer.
     in_setup: bool,
+    /// Whether D- and D+ are connected to their pins.
+    pub(crate) connected: bool,
     /// Whether the program has used a FIFO in a wrong way since the last call of
     /// [`Usb::take_misuse`].
     misuse: bool,
@@ -151,6 +154,7 @@ impl Default for Usb {
             receive: VecDeque::new(),
             data: VecDeque::new(),
             in_setup: false,
+            connected: false,
             misuse: false,
             host: Host::default(),
         }
@@ -164,6 +168,7 @@ impl Usb {
         host.device_gone(now);
         *self = Usb {
             host,
+            connected: self.connected,
             ..Usb::default()
         };
     }
@@ -178,9 +183,9 @@ impl Usb {
         self.plain(0x38) & PWRDWN != 0
     }
 
-    /// Whether the host sees a device: transceiver and pull-up are on.
+    /// Whether the host sees a device: transceiver and pull-up are on, and both lines are connected.
     fn is_attached(&self) -> bool {
-        self.is_on() && self.plain(0x804) & SDIS == 0
+        self.connected && self.is_on() && self.plain(0x804) & SDIS == 0
     }
 
     fn plain(&self, offset: u32) -> u32 {
@@ -293,6 +298,7 @@ impl Usb {
         let host = core::mem::take(&mut self.host);
         *self = Usb {
             host,
+            connected: self.connected,
             misuse: self.misuse,
             ..Usb::default()
         };
