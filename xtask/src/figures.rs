@@ -38,7 +38,7 @@ const SECTIONS: [(&str, &[&str]); 4] = [
     ),
     (
         "The firmware, emulated",
-        &["cargo fw-test --subset", "cargo fw-test raster rate", "cargo fw-test --rates"],
+        &["cargo fw-test", "cargo fw-test --rates"],
     ),
 ];
 

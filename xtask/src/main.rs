@@ -28,7 +28,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
                        build the firmware, for a board of crates/boards or a file that describes one; --record: without
                        pins, it reads them from the board's record; ARGUMENTS go to `cargo build`; --run flashes it and
                        shows its log (probe-rs)
-    fw-test [NAME...]  run the firmware in an emulated STM32F407; --subset, --list, --costs,
+    fw-test [NAME...]  run the firmware in an emulated STM32F407; --list, --costs,
                        --highest-rate, --rates, --planted; qemu: in QEMU instead
     hil --flash | --port NAME | --emulated | --planted | --wires
                        the self-test of a board that measures its own edges (docs/hil.md); --baud RATE, --report FILE
