@@ -117,7 +117,7 @@ pub(crate) const PLANTED: &[Planted] = &[
         "the end of a pulse as urgent as ticks",
         NVIC_IPR + TIM11_IRQ,
         |_| Some(0),
-        &["together", "jitter", "rate"],
+        &["together"],
     ),
     planted(
         "an edge of the probe as urgent as ticks",
