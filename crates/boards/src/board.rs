@@ -1,7 +1,8 @@
 //! The contents of a board's file.
 use crate::{chip::capture_channel, Chip, Drive, Input, Motor, MotorSocket, Pin, BOARDS};
+use leadscrew_files::{read_text, shown, WRITTEN_BY_HAND};
 use serde::Deserialize;
-use std::{collections::BTreeMap, fs, path::Path};
+use std::{collections::BTreeMap, path::Path};
 
 /// A board, as its file describes it.
 #[derive(Clone, Debug, Deserialize)]
@@ -231,16 +232,17 @@ impl Board {
     /// Where there is neither, or the file does not describe a board; the message says where and
     /// why.
     pub fn find(asked: &str, folder: &Path) -> Result<Self, String> {
+        let name = shown(asked);
         let text = match BOARDS.iter().find(|(name, _)| *name == asked) {
             Some((_, text)) => (*text).to_owned(),
-            None => fs::read_to_string(folder.join(asked)).map_err(|error| {
+            None => read_text(&folder.join(asked), WRITTEN_BY_HAND).map_err(|error| {
                 format!(
-                    "{asked}: is no board of the firmware (`leadscrew board list`), \
+                    "{name}: is no board of the firmware (`leadscrew board list`), \
                      and cannot be read: {error}"
                 )
             })?,
         };
-        Self::read(&text).map_err(|error| format!("{asked}: {}", error.trim_end()))
+        Self::read(&text).map_err(|error| format!("{name}: {}", error.trim_end()))
     }
 
     /// The sockets of all motors: first `[[motor]]`, then `[sockets]`.

@@ -1,17 +1,19 @@
 //! `leadscrew board`: files that describe boards for the firmware.
 
-use super::output::is_stdout;
 use super::said::{aside, say};
 use super::{unusable, Unusable};
 use clap::{Args, Subcommand};
 use leadscrew_boards::{Board, BOARDS};
+use leadscrew_files::is_stdout;
 use leadscrew_record::{Image, Record, MAGIC};
 use leadscrew_sim::profile::Profile;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Bytes of the smallest sector, which a record has for itself.
 const SMALLEST_SECTOR: usize = 16 << 10;
+
+/// The flash of the largest chip of the family, bytes.
+const LARGEST_IMAGE: usize = 2 << 20;
 
 /// The subcommands of `board`.
 #[derive(Subcommand, Debug)]
@@ -110,7 +112,7 @@ fn check(boards: &[String]) -> Result<bool, Unusable> {
     for name in boards {
         let is_right = say_findings(name, &read(name)?)?;
         if is_right {
-            say(format!("{name}: right"))?;
+            say(format!("{}: right", leadscrew_files::shown(name)))?;
         }
         right &= is_right;
     }
@@ -121,7 +123,7 @@ fn check(boards: &[String]) -> Result<bool, Unusable> {
 fn say_findings(name: &str, board: &Board) -> Result<bool, Unusable> {
     let findings = board.check();
     for finding in &findings {
-        say(format!("{name}: {finding}"))?;
+        say(format!("{}: {finding}", leadscrew_files::shown(name)))?;
     }
     Ok(findings.is_empty())
 }
@@ -130,7 +132,8 @@ fn new(args: &NewArgs) -> Result<bool, Unusable> {
     let like = &args.like;
     let text = known(like).ok_or_else(|| {
         unusable(format!(
-            "no board is called `{like}`: `leadscrew board list` names them"
+            "no board is called `{}`: `leadscrew board list` names them",
+            leadscrew_files::shown(like)
         ))
     })?;
     match &args.output {
@@ -166,14 +169,14 @@ fn pack(args: &PackArgs) -> Result<bool, Unusable> {
     let (sector, end) = place.ok_or_else(|| {
         unusable(format!(
             "{}: has no sector for its record, or no room for the program behind it",
-            args.board
+            leadscrew_files::shown(&args.board)
         ))
     })?;
     let record = record(&board, args.machine.as_deref())?;
     if args.lines {
         let lines = Board::record_lines(&record);
         super::machine::write_new(&args.output, lines.join("\n") + "\n")?;
-        let (count, file) = (lines.len(), args.output.display());
+        let (count, file) = (lines.len(), leadscrew_files::shown(&args.output));
         let image = image_for(&record);
         tell(
             args,
@@ -201,7 +204,7 @@ fn pack(args: &PackArgs) -> Result<bool, Unusable> {
         None => sector.begin,
         Some(_) => board.start,
     };
-    let (length, file) = (record.len(), args.output.display());
+    let (length, file) = (record.len(), leadscrew_files::shown(&args.output));
     let image = image_for(&record);
     let text = format!(
         "{file}: a record of {length} bytes, to be flashed at {begin:#010x}, for a firmware \
@@ -235,7 +238,7 @@ fn record(board: &Board, machine: Option<&Path>) -> Result<Vec<u8>, Unusable> {
         return board.record().map_err(unusable);
     };
     let profile = Profile::load(file).map_err(unusable)?;
-    let named = |why: String| unusable(format!("{}: {why}", file.display()));
+    let named = |why: String| unusable(format!("{}: {why}", leadscrew_files::shown(file)));
     let machine = profile.recorded().map_err(|why| named(why.to_string()))?;
     let fitted = profile
         .fitted(board)
@@ -248,8 +251,9 @@ fn record(board: &Board, machine: Option<&Path>) -> Result<Vec<u8>, Unusable> {
 /// The image of `path` with the record put in at `offset`. The image must be empty there, or have
 /// another record.
 fn joined(path: &Path, record: &[u8], offset: u32) -> Result<Vec<u8>, Unusable> {
-    let unread = |why: String| unusable(format!("{}: {why}", path.display()));
-    let mut image = fs::read(path).map_err(|error| unread(format!("cannot be read: {error}")))?;
+    let unread = |why: String| unusable(format!("{}: {why}", leadscrew_files::shown(path)));
+    let mut image = leadscrew_files::read(path, LARGEST_IMAGE)
+        .map_err(|error| unread(format!("cannot be read: {error}")))?;
     let begin = offset as usize;
     let place = image.get_mut(begin..begin + SMALLEST_SECTOR);
     let place = place.filter(|place| {

@@ -4,13 +4,13 @@
 use super::args::CheckArgs;
 use super::causes::Causes;
 use super::input;
-use super::output::{is_stdout, spare, Output, OutputError};
 use super::report::json_text;
 use super::run::full_power;
 use super::said::{aside, say};
 use super::setting_args::{machine, say_capped};
 use super::{all_done, unusable, Unusable};
 use crate::picture::{draw, Caption};
+use leadscrew_files::{is_stdout, spare, Output, OutputError};
 use leadscrew_jobs::{follow, read_through, title, CheckReport, Complaint, Machine};
 use leadscrew_planner::Coordinate;
 use leadscrew_sim::scene::Toolpath;

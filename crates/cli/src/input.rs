@@ -1,7 +1,7 @@
 //! Opens a job: a file or standard input that holds text.
 
 use std::fmt;
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
@@ -113,7 +113,7 @@ pub(super) fn is_stdin(name: &Path) -> bool {
 pub(super) fn shown(name: &Path) -> String {
     match is_stdin(name) {
         true => "standard input".to_owned(),
-        false => name.display().to_string(),
+        false => leadscrew_files::shown(name),
     }
 }
 
@@ -125,14 +125,13 @@ pub(super) fn open(name: &Path) -> Result<Job, InputError> {
     if is_stdin(name) {
         return from_reader(&shown(name), None, io::stdin().lock());
     }
-    let io_error = |error| InputError::Io(shown(name), error);
-    let file = File::open(name).map_err(io_error)?;
-    let metadata = file.metadata().map_err(io_error)?;
-    if metadata.is_dir() {
-        return Err(InputError::Directory(shown(name)));
+    match leadscrew_files::open(name) {
+        Ok(opened) => from_reader(&shown(name), opened.size, opened.bytes),
+        Err(error) if error.kind() == io::ErrorKind::IsADirectory => {
+            Err(InputError::Directory(shown(name)))
+        }
+        Err(error) => Err(InputError::Io(shown(name), error)),
     }
-    let size = metadata.is_file().then_some(metadata.len());
-    from_reader(&shown(name), size, file)
 }
 
 fn from_reader(

@@ -1,14 +1,13 @@
 //! `leadscrew machine`: makes a new machine file, and prints how the machine is wired to its board.
 
 use super::board::say_pins;
-use super::output::is_stdout;
 use super::said::{put, say};
 use super::{unusable, Unusable};
 use clap::{Args, Subcommand, ValueEnum};
 use leadscrew_boards::Board;
+use leadscrew_files::is_stdout;
 use leadscrew_sim::profile::Profile;
-use std::fs::OpenOptions;
-use std::io::{ErrorKind, Write};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// The subcommands of `machine`.
@@ -104,7 +103,7 @@ fn pins(args: &PinsArgs) -> Result<bool, Unusable> {
         (None, None) => (DISCOVERY, Path::new("")),
     };
     let board = Board::find(asked, folder).map_err(unusable)?;
-    let unfit = |why| unusable(format!("{}: {why}", file.display()));
+    let unfit = |why| unusable(format!("{}: {why}", leadscrew_files::shown(file)));
     let board = profile.fitted(&board).map_err(unfit)?;
     say(motors(&profile))?;
     say_pins(&board)
@@ -132,10 +131,8 @@ pub(super) fn write_new(path: &Path, bytes: impl AsRef<[u8]>) -> Result<(), Unus
     if is_stdout(path) {
         return put(bytes.as_ref());
     }
-    let file = OpenOptions::new().write(true).create_new(true).open(path);
-    let written = file.and_then(|mut file| file.write_all(bytes.as_ref()));
-    written.map_err(|error| {
-        let name = path.display();
+    leadscrew_files::write_new(path, bytes.as_ref()).map_err(|error| {
+        let name = leadscrew_files::shown(path);
         match error.kind() {
             ErrorKind::AlreadyExists => {
                 unusable(format!("{name}: is there already: choose another name"))

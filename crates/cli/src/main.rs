@@ -14,7 +14,6 @@ mod course;
 mod import;
 mod input;
 mod machine;
-mod output;
 mod picture;
 mod playback;
 mod profile;

@@ -1,9 +1,9 @@
 //! A job as a page with a slider along its time. This module joins the path, which has no times,
 //! with the course of the speed, which has no places.
 
-use super::output::{Output, OutputError};
 use super::watchers::{Sketch, Way};
 use crate::picture::Caption;
+use leadscrew_files::{Output, OutputError};
 use leadscrew_page::Playback;
 use leadscrew_sim::clock::seconds;
 use leadscrew_sim::speed_profile::Stretch;

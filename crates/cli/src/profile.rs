@@ -4,12 +4,12 @@
 use super::args::ProfileArgs;
 use super::course::{Course, Text};
 use super::input;
-use super::output::{is_stdout, spare, Output};
 use super::said::{aside, say};
 use super::setting_args::machine;
 use super::trials::trials;
 use super::{unusable, Unusable};
 use crate::picture::draw_limits;
+use leadscrew_files::{is_stdout, spare, Output};
 use leadscrew_jobs::{limits_of, title, without_lead, ProfileReport};
 use leadscrew_sim::link::Rate;
 use leadscrew_sim::speed_profile::{write_csv, Recorder};

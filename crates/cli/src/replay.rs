@@ -5,9 +5,13 @@ use super::input::{self, is_stdin, shown};
 use super::said::say;
 use super::{all_done, unusable, Unusable};
 use clap::Args;
+use leadscrew_files::{plain_json, read, read_all};
 use leadscrew_sim::replay::{judge, replay, Case, ReplayError};
 use std::path::{Path, PathBuf};
-use std::{fmt, fs, io};
+use std::{fmt, io};
+
+/// The most bytes of a conversation. The longest recorded one has 0.3 MB.
+const LONGEST: usize = 64 << 20;
 
 /// Options of `replay`.
 #[derive(Args, Debug)]
@@ -57,7 +61,7 @@ pub(super) fn run(args: &ReplayArgs) -> Result<bool, Unusable> {
     };
     let (_, answered) = hold(file)?;
     let text = serde_json::to_string_pretty(&answered).map_err(unusable)?;
-    say(text)?;
+    say(plain_json(&text))?;
     Ok(true)
 }
 
@@ -99,11 +103,11 @@ fn hold(file: &Path) -> Result<(Case, Case), Unusable> {
 
 fn load(file: &Path) -> Result<Case, Failure> {
     let text = match is_stdin(file) {
-        true => io::read_to_string(io::stdin()),
-        false => fs::read_to_string(file),
+        true => read_all(io::stdin(), LONGEST),
+        false => read(file, LONGEST),
     };
     let text = text.map_err(|error| Failure::Unreadable(shown(file), error))?;
-    serde_json::from_str(&text).map_err(|error| Failure::NotACase(shown(file), error))
+    serde_json::from_slice(&text).map_err(|error| Failure::NotACase(shown(file), error))
 }
 
 #[cfg(test)]
@@ -114,7 +118,7 @@ mod tests {
     fn a_file_that_is_no_conversation_is_named_with_its_line() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("case.json");
-        fs::write(&file, "{\"exchanges\":\n[{\"op\": 5}]}").unwrap();
+        std::fs::write(&file, "{\"exchanges\":\n[{\"op\": 5}]}").unwrap();
         let message = load(&file).unwrap_err().to_string();
         assert!(
             message.contains("case.json: not a conversation") && message.contains("line 2"),

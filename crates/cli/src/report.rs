@@ -1,5 +1,6 @@
 //! The result of a job: as lines for a person, as JSON for a program.
 
+use leadscrew_files::plain_json;
 use leadscrew_jobs::{
     duration, error_json, pauses, verdict, warning_json, Complaint, Extents, JsonError,
     JsonWarning, JSON_VERSION, RESUMED,
@@ -309,5 +310,5 @@ pub(super) fn json_text(reports: &[impl Serialize], is_one: bool) -> String {
         (true, [one]) => serde_json::to_string_pretty(one),
         (_, all) => serde_json::to_string_pretty(all),
     };
-    text.unwrap_or_default()
+    plain_json(&text.unwrap_or_default())
 }

@@ -3,7 +3,6 @@
 
 use super::args::JobArgs;
 use super::input::{self, Job};
-use super::output::{is_stdout, spare, Output, OutputError};
 use super::playback;
 use super::report::{json_text, Report};
 use super::said::{aside, say};
@@ -12,6 +11,7 @@ use super::told::{progress_bar, teller};
 use super::watchers::{Sketch, StepList, WaveformFile};
 use super::{all_done, unusable, Unusable};
 use crate::picture::{draw, Caption};
+use leadscrew_files::{is_stdout, spare, Output, OutputError};
 use leadscrew_jobs::{extents, limits_of, title, Machine, Stream};
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::tool::SpindleScale;

@@ -1,15 +1,16 @@
 //! The text of a command on standard output and standard error.
 
 use super::{unusable, Unusable};
+use leadscrew_files::{plain, unless_left};
 use std::fmt::Display;
-use std::io::{self, stderr, stdout, ErrorKind, Write};
+use std::io::{stderr, stdout, Write};
 
-/// Writes a text to standard output and ends its last line.
+/// Writes a text to standard output and ends its last line. Control characters are spelled.
 ///
 /// # Errors
 /// Where standard output cannot be written, for example because a disk is full.
 pub(super) fn say(text: impl Display) -> Result<(), Unusable> {
-    put(format!("{}\n", text.to_string().trim_end()).as_bytes())
+    put(format!("{}\n", plain(text.to_string().trim_end())).as_bytes())
 }
 
 /// Writes bytes to standard output.
@@ -24,17 +25,5 @@ pub(super) fn put(bytes: &[u8]) -> Result<(), Unusable> {
 
 /// Writes a line to standard error. Where nobody reads it, or it is full, the command goes on.
 pub(super) fn aside(text: impl Display) {
-    let _ = stderr().write_all(format!("{text}\n").as_bytes());
-}
-
-/// The outcome of writing to standard output. A reader that has closed it early (`| head`) is no
-/// failure.
-///
-/// # Errors
-/// Every other failure.
-pub(super) fn unless_left(written: io::Result<()>) -> io::Result<()> {
-    match written {
-        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
-        written => written,
-    }
+    let _ = stderr().write_all(format!("{}\n", plain(&text.to_string())).as_bytes());
 }

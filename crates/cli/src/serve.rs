@@ -2,14 +2,16 @@
 
 use super::serve_args::ServeArgs;
 use super::{unusable, Unusable};
+use leadscrew_files::spare;
 use leadscrew_machine::config::CHANNELS;
-use leadscrew_serve::{serve, Allowed, Plain, Screen, Service, Surroundings, WireLog};
+use leadscrew_serve::{
+    serve, Allowed, NoStateFile, Plain, Screen, Service, StateFile, Surroundings, WireLog,
+};
 use leadscrew_sim::link::Rate;
 use leadscrew_sim::profile::{Profile, ProfileError};
 use std::fmt;
-use std::fs::File;
-use std::io::{self, BufWriter, IsTerminal};
-use std::path::PathBuf;
+use std::io::{self, IsTerminal};
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -25,6 +27,10 @@ pub(super) enum ServeError {
     TooManyLines(usize),
     /// More axes than `serve` can drive.
     TooManyAxes(usize),
+    /// The state file's path is no place for one.
+    State(NoStateFile),
+    /// An output would replace another file.
+    Paths(String),
     /// The log cannot be written.
     Log(PathBuf, io::Error),
     /// Ctrl-C cannot be caught.
@@ -46,7 +52,13 @@ impl fmt::Display for ServeError {
                     "{count} axes, but serve has machines of {MOST_SERVED} at most"
                 )
             }
-            Self::Log(file, error) => write!(f, "{}: cannot be written: {error}", file.display()),
+            Self::State(error) => error.fmt(f),
+            Self::Paths(error) => f.write_str(error),
+            Self::Log(file, error) => write!(
+                f,
+                "{}: cannot be written: {error}",
+                leadscrew_files::shown(file)
+            ),
             Self::Signal(error) => write!(f, "Ctrl-C cannot be caught: {error}"),
             Self::Terminal(error) => write!(f, "the terminal cannot be used: {error}"),
         }
@@ -103,9 +115,13 @@ fn service(args: &ServeArgs) -> Result<Service, ServeError> {
     if profile.axis_count() > MOST_SERVED {
         return Err(ServeError::TooManyAxes(profile.axis_count()));
     }
+    let state = args.state_file().map_err(ServeError::State)?;
+    let paths = state.as_ref().map(StateFile::path).into_iter();
+    let inputs: Vec<&Path> = args.machine.iter().map(PathBuf::as_path).collect();
+    spare(&inputs, paths.chain(args.log.as_deref())).map_err(ServeError::Paths)?;
     Ok(Service {
         allowed: allowed(args),
-        state: args.state_file(),
+        state,
         rate: args.baud.map_or(Rate::NeverWaits, Rate::Baud),
         speed: args.speed,
         log: args.log.clone().map(open_log).transpose()?,
@@ -123,8 +139,8 @@ fn allowed(args: &ServeArgs) -> Allowed {
 }
 
 fn open_log(file: PathBuf) -> Result<WireLog, ServeError> {
-    match File::create(&file) {
-        Ok(log) => Ok(WireLog::new(BufWriter::new(log))),
+    match leadscrew_files::open_log(&file) {
+        Ok(log) => Ok(WireLog::new(log)),
         Err(error) => Err(ServeError::Log(file, error)),
     }
 }

@@ -1,7 +1,7 @@
 //! Options of `leadscrew serve`.
 
 use clap::{ArgGroup, Args};
-use leadscrew_serve::{allowance, LineSpec, StateFile, Token};
+use leadscrew_serve::{allowance, LineSpec, NoStateFile, StateFile, Token};
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
@@ -69,9 +69,12 @@ impl ServeArgs {
 
     /// The state file: the one that the user named, or the machine's default one in the user's data
     /// directory.
-    pub(super) fn state_file(&self) -> Option<StateFile> {
+    ///
+    /// # Errors
+    /// Something else has that place.
+    pub(super) fn state_file(&self) -> Result<Option<StateFile>, NoStateFile> {
         if let Some(file) = &self.state {
-            return Some(StateFile::new(file.clone()));
+            return StateFile::new(file).map(Some);
         }
         let stem = self.machine.as_deref().and_then(Path::file_stem);
         StateFile::of_user(&stem.map_or("default".into(), |stem| stem.to_string_lossy()))

@@ -6,9 +6,11 @@ use super::said::say;
 use super::{unusable, Unusable};
 use clap::CommandFactory;
 use clap_complete::{generate, Shell};
+use leadscrew_files::Output;
 use leadscrew_jobs::{CheckJson, ProfileJson};
 use leadscrew_sim::profile::Profile;
 use schemars::schema_for;
+use std::path::Path;
 
 const NAME: &str = "leadscrew";
 
@@ -28,15 +30,33 @@ pub(super) fn completions(shell: Shell) -> Result<bool, Unusable> {
 /// Where the folder or standard output cannot be written.
 pub(super) fn man(args: &ManArgs) -> Result<bool, Unusable> {
     if let Some(folder) = &args.folder {
-        let written = clap_mangen::generate_to(Cli::command(), folder);
-        let unwritable =
-            |error| unusable(format!("{}: cannot be written: {error}", folder.display()));
-        return written.map(|()| true).map_err(unwritable);
+        let made = std::fs::create_dir_all(folder);
+        made.map_err(|error| {
+            unusable(format!(
+                "{}: cannot be written: {error}",
+                leadscrew_files::shown(folder)
+            ))
+        })?;
+        let mut command = Cli::command().disable_help_subcommand(true);
+        command.build();
+        return write_pages(&command, folder).map(|()| true);
     }
     let mut text = Vec::new();
     let page = clap_mangen::Man::new(Cli::command());
     page.render(&mut text).map_err(unusable)?;
     say(String::from_utf8_lossy(&text)).map(|()| true)
+}
+
+/// Writes the manual pages of a command and of those under it.
+fn write_pages(command: &clap::Command, folder: &Path) -> Result<(), Unusable> {
+    let shown = |command: &&clap::Command| !command.is_hide_set();
+    for below in command.get_subcommands().filter(shown) {
+        write_pages(below, folder)?;
+    }
+    let page = clap_mangen::Man::new(command.clone());
+    let output = Output::create(&folder.join(page.get_filename())).map_err(unusable)?;
+    let written = page.render(&mut output.pen());
+    output.complete(written).map_err(unusable)
 }
 
 /// Prints the JSON schema of a command's output, or of a machine file.

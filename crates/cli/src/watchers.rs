@@ -1,9 +1,9 @@
 //! The observers of the pins during a run: the step list, the waveform, and the data of the
 //! picture.
 
-use super::output::{Output, OutputError, Pen};
 use crate::steps_csv::StepsCsv;
 use crate::vcd::Waveform;
+use leadscrew_files::{Output, OutputError, Pen};
 use leadscrew_machine::board::PortConfig;
 use leadscrew_machine::explain::{Committed, PlannedMove};
 use leadscrew_machine::tool::SpindleScale;

@@ -8,6 +8,7 @@
 //! Text in parentheses after the value is a description, as old versions of Grbl printed it. Empty
 //! lines are skipped. So is an `ok` at the end, which a terminal's log has.
 
+use leadscrew_files::WRITTEN_BY_HAND;
 use std::fmt;
 use std::path::Path;
 
@@ -37,9 +38,9 @@ impl std::error::Error for SettingsError {}
 /// # Errors
 /// The first line that is no setting, with its number, or why the file cannot be read.
 pub fn read(path: &Path) -> Result<Vec<SettingLine>, SettingsError> {
-    let name = path.display();
-    let bytes =
-        std::fs::read(path).map_err(|e| SettingsError(format!("{name}: cannot be read: {e}")))?;
+    let name = leadscrew_files::shown(path);
+    let bytes = leadscrew_files::read(path, WRITTEN_BY_HAND)
+        .map_err(|e| SettingsError(format!("{name}: cannot be read: {e}")))?;
     let text = String::from_utf8(bytes)
         .map_err(|_| SettingsError(format!("{name}: is not a text file of settings")))?;
     let mut settings = Vec::new();

@@ -53,6 +53,7 @@ impl<'m> Desk<'m> {
 
     /// Lets time pass up to `end`.
     pub fn run_until(&mut self, wires: &mut Wires, end: Cycle) {
+        wires.begin_slice();
         self.machine.wait_until(wires, end);
     }
 

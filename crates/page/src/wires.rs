@@ -16,10 +16,17 @@ struct Wire {
     gone: Option<usize>,
     /// Bytes that the machine has taken since the last call of [`Wires::taken`].
     taken: usize,
+    /// Bytes that the machine may still take in this slice of time.
+    left: usize,
     written: Vec<u8>,
     /// The client that gets the machine's output.
     outlet: Option<Outlet>,
 }
+
+/// Bytes that a line may bring in a slice of time, at most 2 ms. So a line that floods the machine
+/// delays the bytes of the others by the time of so many. It is 128 KB/s and more, ten times what
+/// the fastest serial lines bring.
+const SLICE: usize = 256;
 
 /// All lines, as the simulated machine's host.
 #[derive(Debug)]
@@ -34,6 +41,11 @@ impl Wires {
     /// The number of lines.
     pub fn count(&self) -> usize {
         self.0.len()
+    }
+
+    /// Begins a slice of time.
+    pub(crate) fn begin_slice(&mut self) {
+        self.0.iter_mut().for_each(|wire| wire.left = SLICE);
     }
 
     /// Notes that a client has connected to a line.
@@ -88,12 +100,13 @@ impl Wires {
 impl Host for Wires {
     fn next_byte(&mut self, channel: ChannelId) -> Option<u8> {
         let wire = self.0.get_mut(usize::from(channel.0))?;
-        if wire.gone == Some(0) {
+        if wire.gone == Some(0) || wire.left == 0 {
             return None;
         }
         let byte = wire.waiting.pop_front()?;
         wire.gone = wire.gone.map(|ahead| ahead - 1);
         wire.taken += 1;
+        wire.left -= 1;
         Some(byte)
     }
 
@@ -116,6 +129,7 @@ mod tests {
     const LINE: ChannelId = ChannelId(0);
 
     fn all(wires: &mut Wires) -> Vec<u8> {
+        wires.begin_slice();
         std::iter::from_fn(|| wires.next_byte(LINE)).collect()
     }
 
@@ -130,6 +144,17 @@ mod tests {
         assert!(wires.closes(LINE) && !wires.closes(LINE));
         assert_eq!(all(&mut wires), b"$G\n");
         assert_eq!((wires.taken(0), wires.taken(0)), (11, 0));
+    }
+
+    #[test]
+    fn a_line_brings_no_more_in_a_slice_than_its_share() {
+        let mut wires = Wires::new(2);
+        wires.push(0, &[b'?'; 2 * SLICE + 1]);
+        wires.push(1, b"!");
+        assert_eq!(all(&mut wires).len(), SLICE);
+        assert_eq!(wires.next_byte(ChannelId(1)), Some(b'!'));
+        assert_eq!(all(&mut wires).len(), SLICE);
+        assert_eq!(all(&mut wires).len(), 1);
     }
 
     #[test]

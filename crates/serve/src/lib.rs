@@ -47,7 +47,7 @@ pub use note::Note;
 pub use panel::{Key, Panel, Plain, Snapshot};
 pub use screen::Screen;
 pub use server::Surroundings;
-pub use state_file::StateFile;
+pub use state_file::{NoStateFile, StateFile};
 pub use token::Token;
 pub use web::{Allowed, Foreign};
 pub use wire_log::WireLog;

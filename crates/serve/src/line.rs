@@ -42,7 +42,7 @@ pub enum LineSpec {
 impl fmt::Display for LineSpec {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Pty { link, .. } => write!(f, "pty {}", link.display()),
+            Self::Pty { link, .. } => write!(f, "pty {}", leadscrew_files::shown(link)),
             Self::Tcp(address) => write!(f, "tcp {address}"),
             Self::WebSocket(address) => write!(f, "ws {address}"),
         }
@@ -108,7 +108,7 @@ pub enum What {
 pub enum Refusal {
     /// A web page that is not allowed to connect.
     Foreign(Foreign),
-    /// A browser's request on a port for raw bytes.
+    /// A browser's request on a port for raw bytes, or what no sender begins with.
     Request,
     /// The client does not speak WebSocket, or its handshake takes too long.
     NoWebSocket,
@@ -122,7 +122,9 @@ impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Foreign(foreign) => foreign.fmt(f),
-            Self::Request => f.write_str("the request of a web browser, on a port for G-code"),
+            Self::Request => f.write_str(
+                "a web browser's request, or other bytes that no sender of G-code begins with",
+            ),
             Self::NoWebSocket => f.write_str("no WebSocket client"),
             Self::NoToken => f.write_str("a page without the token that leadscrew has printed"),
             Self::Gone => f.write_str("it has gone again"),

@@ -65,24 +65,24 @@ impl fmt::Display for Note<'_> {
                 write!(
                     f,
                     "{}: settings will not survive, the file cannot be written: {error}; it is tried again every second",
-                    file.display()
+                    leadscrew_files::shown(file)
                 )
             }
             Self::StateAgain(file) => {
-                write!(f, "{}: written again: settings survive", file.display())
+                write!(f, "{}: written again: settings survive", leadscrew_files::shown(file))
             }
             Self::StateInUse(file) => {
                 write!(
                     f,
-                    "{}: in use by another `leadscrew serve`: what is set here will not survive; `--state FILE` names another file",
-                    file.display()
+                    "{}: in use by another `leadscrew serve`: settings cannot be changed here (error:7); `--state FILE` names another file",
+                    leadscrew_files::shown(file)
                 )
             }
             Self::UnreadState(file, error) => {
                 write!(
                     f,
                     "{}: cannot be read, defaults loaded: {error}",
-                    file.display()
+                    leadscrew_files::shown(file)
                 )
             }
             Self::LastChangeLost => write!(

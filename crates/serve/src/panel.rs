@@ -2,6 +2,7 @@
 
 use super::note::Note;
 use super::spool::Spool;
+use leadscrew_files::plain;
 pub use leadscrew_page::Key;
 pub use leadscrew_sim::powered::Snapshot;
 use std::io::{self, Write};
@@ -43,7 +44,7 @@ impl Plain {
                 self.lost
             )?;
         }
-        writeln!(self.to, "{note}")?;
+        writeln!(self.to, "{}", plain(&note.to_string()))?;
         self.to.flush()
     }
 }
@@ -61,5 +62,22 @@ impl Panel for Plain {
 
     fn key(&mut self) -> Option<Key> {
         None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Read;
+
+    #[test]
+    fn what_a_stranger_has_written_does_nothing_to_the_terminal() {
+        let (mut read, write) = io::pipe().unwrap();
+        let mut plain = Plain::new(write);
+        plain.note(&Note::Page("\u{1b}[2J\u{9b}31m".into()));
+        drop(plain);
+        let mut text = String::new();
+        read.read_to_string(&mut text).unwrap();
+        assert_eq!(text, "page: \\u{1b}[2J\\u{9b}31m\n");
     }
 }

@@ -52,7 +52,7 @@ fn open(link: &Path, uplink: &Uplink) -> Option<Port> {
     while !uplink.stopped() {
         match Port::new(link) {
             Ok(port) => {
-                uplink.tell(What::Ready(port.link.device.display().to_string()));
+                uplink.tell(What::Ready(leadscrew_files::shown(&port.link.device)));
                 return Some(port);
             }
             Err(error) => {
@@ -71,7 +71,7 @@ fn serve(port: &mut Port, uplink: &Uplink) {
         return;
     };
     let (outlet, pieces) = Outlet::new();
-    let peer = port.link.path.display().to_string();
+    let peer = leadscrew_files::shown(&port.link.path);
     uplink.tell(What::Opened { peer, outlet });
     let gone = Arc::new(AtomicBool::new(false));
     let seen = gone.clone();
@@ -170,8 +170,10 @@ impl Link {
     fn new(path: &Path, device: PathBuf) -> Result<Self, LineError> {
         // A server that was killed may have left this link; its device may be this server's by now.
         let names_ours = std::fs::read_link(path).is_ok_and(|target| target == device);
-        let dangling = path.is_symlink() && !path.exists();
-        if names_ours || dangling {
+        // Links elsewhere are not this program's, whether or not something is at their end.
+        let to = std::fs::read_link(path);
+        let among_ours = to.is_ok_and(|to| to.parent() == device.parent());
+        if names_ours || (among_ours && !path.exists()) {
             // If it cannot be removed, making the link fails and reports it.
             let _ = std::fs::remove_file(path);
         }
@@ -206,8 +208,13 @@ mod tests {
         std::fs::write(&other, "").unwrap();
         symlink(&ours, &path).unwrap();
         assert!(Link::new(&path, ours.clone()).is_ok());
-        symlink(&other, &path).unwrap();
-        assert!(matches!(Link::new(&path, ours), Err(LineError::LinkExists)));
-        assert_eq!(std::fs::read_link(&path).unwrap(), other);
+        let unplugged = folder.path().join("by-id").join("usb-router");
+        for theirs in [other, unplugged] {
+            symlink(&theirs, &path).unwrap();
+            let refused = Link::new(&path, ours.clone());
+            assert!(matches!(refused, Err(LineError::LinkExists)));
+            assert_eq!(std::fs::read_link(&path).unwrap(), theirs);
+            std::fs::remove_file(&path).unwrap();
+        }
     }
 }

@@ -2,11 +2,10 @@
 
 use super::note::Note;
 use super::state_file::{Fault, Found, StateFile};
+use leadscrew_files::Lock;
 use leadscrew_machine::settings::store::Condition;
 use leadscrew_page::Desk;
 use leadscrew_sim::flash::Flash;
-use std::fs::File;
-use std::io;
 use std::time::Duration;
 
 /// The flash memory and its file.
@@ -14,11 +13,23 @@ pub(super) struct Remembered {
     flash: Flash,
     /// The stored values were lost, and nothing has been stored since.
     lost: bool,
-    file: Option<StateFile>,
-    /// The lock that keeps other programs from the file.
-    _claim: Option<File>,
+    place: Place,
     /// The time at which the file is to be written again, because it lacks a change.
     again: Option<Duration>,
+}
+
+/// Where the values are stored.
+enum Place {
+    /// Nowhere: the caller wants no file.
+    Nowhere,
+    /// In a file that another program has. Nothing can be stored, so that each change is refused.
+    InUse,
+    /// In this file. The lock keeps other programs from it. If it could not be made, the file cannot
+    /// be written either: the first change reports this.
+    Ours(
+        StateFile,
+        #[expect(dead_code, reason = "held")] Option<Lock>,
+    ),
 }
 
 /// How often a file that cannot be written is tried again.
@@ -27,15 +38,14 @@ const RETRY: Duration = Duration::from_secs(1);
 impl Remembered {
     /// Reads the file, if there is one; reports unusable parts to `say`.
     pub(super) fn new(file: Option<StateFile>, say: &mut dyn FnMut(&Note<'_>)) -> Self {
-        let image = file
+        let place = file
             .as_ref()
-            .map_or_else(|| Ok(Flash::blank()), |file| read(file, say));
-        let (file, claim) = claim(file, say);
+            .map_or(Place::Nowhere, |file| claim(file, say));
+        let image = file.map_or_else(|| Ok(Flash::blank()), |file| read(&file, &place, say));
         Self {
             lost: image.is_err(),
             flash: image.unwrap_or_else(|Lost| Flash::blank()),
-            file,
-            _claim: claim,
+            place,
             again: None,
         }
     }
@@ -51,14 +61,14 @@ impl Remembered {
             Condition::Sound | Condition::Blank => {}
             Condition::CutShort => say(&Note::LastChangeLost),
             Condition::Damaged => {
-                if let Some(file) = &self.file {
-                    say(&Note::Damaged(file.copy()));
+                if let Place::Ours(file, _) = &self.place {
+                    say(&Note::Damaged(file.copy(Flash::SIZE)));
                 }
             }
             Condition::Foreign => {
                 self.flash = Flash::blank();
                 desk.load(&mut self.flash);
-                if let Some(file) = &self.file {
+                if let Place::Ours(file, _) = &self.place {
                     say(&Note::SetAside(file.set_aside(Fault::Records)));
                 }
             }
@@ -69,8 +79,17 @@ impl Remembered {
     /// any fixed instant. The line that made a change is answered afterwards.
     pub(super) fn save(&mut self, desk: &mut Desk<'_>, now: Duration) -> Option<Note<'static>> {
         desk.save(&mut self.flash);
-        let file = self.file.as_ref()?;
         let changed = self.flash.changed();
+        let file = match &self.place {
+            Place::Nowhere => return None,
+            Place::InUse => {
+                if changed {
+                    desk.not_saved();
+                }
+                return None;
+            }
+            Place::Ours(file, _) => file,
+        };
         self.lost &= !changed;
         let again = self.again.is_some_and(|again| again <= now);
         if !changed && !again {
@@ -90,36 +109,32 @@ impl Remembered {
     }
 }
 
-/// The file, if this program may write it.
-fn claim(
-    file: Option<StateFile>,
-    say: &mut dyn FnMut(&Note<'_>),
-) -> (Option<StateFile>, Option<File>) {
-    let Some(file) = file else {
-        return (None, None);
-    };
+/// Claims the file.
+fn claim(file: &StateFile, say: &mut dyn FnMut(&Note<'_>)) -> Place {
     match file.claim() {
         Ok(None) => {
             say(&Note::StateInUse(file.path().to_owned()));
-            (None, None)
+            Place::InUse
         }
-        Ok(claim) => (Some(file), claim),
-        // If the lock cannot be made, the file cannot be written either: the first change reports
-        // this.
-        Err(_) => (Some(file), None),
+        Ok(claim) => Place::Ours(file.clone(), claim),
+        Err(_) => Place::Ours(file.clone(), None),
     }
 }
 
 /// There was a file, but its contents cannot be used.
 struct Lost;
 
-fn read(file: &StateFile, say: &mut dyn FnMut(&Note<'_>)) -> Result<Flash, Lost> {
-    let unreadable = |error: io::Error| Note::UnreadState(file.path().to_owned(), error);
-    match file.load(Flash::SIZE) {
-        Ok(Found::Image(image)) => return Ok(Flash::new(image)),
-        Ok(Found::Nothing) => return Ok(Flash::blank()),
-        Ok(Found::Unusable(aside)) => say(&Note::SetAside(aside)),
-        Err(error) => say(&unreadable(error)),
+/// Reads the file. One that cannot be used is renamed, unless another program has it.
+fn read(file: &StateFile, place: &Place, say: &mut dyn FnMut(&Note<'_>)) -> Result<Flash, Lost> {
+    match (file.load(Flash::SIZE), place) {
+        (Ok(Found::Image(image)), _) => return Ok(Flash::new(image)),
+        (Ok(Found::Nothing), _) => return Ok(Flash::blank()),
+        (Ok(Found::Unusable(fault)), Place::Ours(file, _)) => {
+            say(&Note::SetAside(file.set_aside(fault)));
+        }
+        // That program says it.
+        (Ok(Found::Unusable(_)), Place::InUse | Place::Nowhere) => {}
+        (Err(error), _) => say(&Note::UnreadState(file.path().to_owned(), error)),
     }
     Err(Lost)
 }

@@ -9,6 +9,7 @@ use crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifier
 use crossterm::style::{Attribute, Print, SetAttribute};
 use crossterm::terminal::{self, Clear, ClearType, EnterAlternateScreen, LeaveAlternateScreen};
 use crossterm::{cursor, queue};
+use leadscrew_files::plain;
 use leadscrew_sim::profile::Profile;
 use std::collections::VecDeque;
 use std::io::{self, Write};
@@ -80,7 +81,7 @@ impl Screen {
 
 impl Panel for Screen {
     fn note(&mut self, note: &Note<'_>) {
-        self.notes.push_back(note.to_string());
+        self.notes.push_back(plain(&note.to_string()).into_owned());
         if self.notes.len() > NOTES {
             self.notes.pop_front();
         }

@@ -14,8 +14,8 @@ pub(super) struct Spool {
     begun: Vec<u8>,
     /// `None` once the spool ends.
     pieces: Option<SyncSender<Vec<u8>>>,
-    /// Disconnects when the thread has written everything.
-    ended: Receiver<()>,
+    /// Gives the failure that ended the thread; disconnects when it has written everything.
+    ended: Receiver<io::Error>,
 }
 
 impl Spool {
@@ -24,9 +24,10 @@ impl Spool {
         let (pieces, waiting) = mpsc::sync_channel::<Vec<u8>>(room);
         let (end, ended) = mpsc::channel();
         std::thread::spawn(move || {
-            let _end: mpsc::Sender<()> = end;
             for piece in waiting {
-                if to.write_all(&piece).and_then(|()| to.flush()).is_err() {
+                if let Err(error) = to.write_all(&piece).and_then(|()| to.flush()) {
+                    // Where nobody flushes any more, nobody asks.
+                    let _ = end.send(error);
                     return;
                 }
             }
@@ -47,7 +48,7 @@ impl Write for Spool {
 
     /// # Errors
     /// `WouldBlock` where there is no room: the text since the last flush is thrown away.
-    /// `BrokenPipe` where nobody will ever read it.
+    /// The failure of the output, once; then `BrokenPipe`.
     fn flush(&mut self) -> io::Result<()> {
         let piece = std::mem::take(&mut self.begun);
         let Some(pieces) = &self.pieces else {
@@ -55,13 +56,18 @@ impl Write for Spool {
         };
         pieces.try_send(piece).map_err(|error| match error {
             TrySendError::Full(_) => io::ErrorKind::WouldBlock.into(),
-            TrySendError::Disconnected(_) => io::ErrorKind::BrokenPipe.into(),
+            TrySendError::Disconnected(_) => {
+                let failure = self.ended.try_recv();
+                failure.unwrap_or_else(|_| io::ErrorKind::BrokenPipe.into())
+            }
         })
     }
 }
 
 impl Drop for Spool {
     fn drop(&mut self) {
+        // What was begun is written as well, if there is room.
+        let _ = self.flush();
         self.pieces = None;
         // Whether the thread has ended or time has run out makes no difference: the program ends.
         let _ = self.ended.recv_timeout(PARTING);

@@ -20,9 +20,9 @@ use tungstenite::http::header::{AsHeaderName, HOST, ORIGIN};
 use tungstenite::http::uri::Authority;
 use tungstenite::http::HeaderMap;
 
-/// The first bytes of a browser's traffic on a raw port: HTTP requests, TLS, STUN. No line of
-/// G-code and no realtime byte begins with them.
-const REQUESTS: [&[u8]; 13] = [
+/// The first bytes of a browser's requests. No line of G-code and no realtime byte begins with
+/// them.
+const REQUESTS: [&[u8]; 10] = [
     b"GET ",
     b"HEAD ",
     b"POST ",
@@ -33,17 +33,19 @@ const REQUESTS: [&[u8]; 13] = [
     b"TRACE ",
     b"PATCH ",
     b"PRI * HTTP/2",
-    b"\x16\x03",
-    b"\x00\x01\x00",
-    b"\x00\x03\x00",
 ];
+
+/// The first bytes, among which text has no NUL. Behind the two bytes of a length, with which ICE
+/// frames its messages on TCP (RFC 4571, section 2), STUN has one: its type is below 256 (RFC 8489,
+/// section 5).
+const FRAME: usize = 3;
 
 /// The kind of a connection, by its first bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Beginning {
     /// The bytes of a sender.
     Sender,
-    /// A browser's request.
+    /// Those of something else: a browser's request, or what no sender begins with.
     Request,
     /// Could be either: more bytes are needed.
     Either,
@@ -51,13 +53,27 @@ pub(super) enum Beginning {
 
 /// Classifies the first bytes of a connection.
 pub(super) fn beginning(bytes: &[u8]) -> Beginning {
-    if REQUESTS.iter().any(|request| bytes.starts_with(request)) {
+    let head = &bytes[..bytes.len().min(FRAME)];
+    let is_blank = |byte: &u8| byte.is_ascii_whitespace();
+    if REQUESTS.iter().any(|request| bytes.starts_with(request))
+        || bytes.first().is_some_and(|first| !may_begin(*first))
+        || head.contains(&0)
+    {
         Beginning::Request
+    } else if head.len() < FRAME && head.first().is_none_or(is_blank) {
+        // A frame whose length begins as a line end or a blank does.
+        Beginning::Either
     } else if REQUESTS.iter().any(|request| request.starts_with(bytes)) {
         Beginning::Either
     } else {
         Beginning::Sender
     }
+}
+
+/// Whether a sender begins with this byte: text, a line end, 0x18 or another realtime byte. TLS and
+/// most frames begin with another control byte.
+fn may_begin(byte: u8) -> bool {
+    !byte.is_ascii_control() || byte.is_ascii_whitespace() || byte == 0x18
 }
 
 /// The pages and names that the user allows in addition to the ones that are always allowed, and
@@ -252,14 +268,39 @@ mod tests {
 
     #[test]
     fn a_request_is_told_from_a_line_as_soon_as_it_can_be() {
-        for request in ["GET /?a=!~ HTTP/1.1", "POST / HTTP/1.1", "\x16\x03\x01\x02"] {
-            assert_eq!(beginning(request.as_bytes()), Beginning::Request);
+        let stun = b"\x00\x01\x00\x3C\x21\x12\xA4\x42";
+        let framed = |length: u16| [&length.to_be_bytes(), &stun[..]].concat();
+        let frames: Vec<Vec<u8>> = [0x50, 0x0A21, 0x0D0A, 0x2020, 0x4721].map(framed).into();
+        let requests = [
+            &b"GET /?a=!~ HTTP/1.1"[..],
+            b"POST / HTTP/1.1",
+            b"\x16\x03\x01\x02",
+            stun,
+            b"\x03!",
+            b"\x7F",
+        ];
+        for request in requests.into_iter().chain(frames.iter().map(Vec::as_slice)) {
+            assert_eq!(beginning(request), Beginning::Request, "{request:?}");
         }
         for line in [
-            "G1X10", "$$", "?", "\x18", "GE", "PO?", "GETX ", "\r\n", "TR!",
+            "G1X10",
+            "$$",
+            "?",
+            "\x18",
+            "GE",
+            "PO?",
+            "GETX ",
+            "\r\n",
+            "TR!",
+            "\n$I\n",
+            "\u{91}",
+            "\u{FEFF}G0",
+            "%",
+            "\r\n\r\n",
+            "(a",
         ] {
             let expected = match line {
-                "GE" => Beginning::Either,
+                "GE" | "\r\n" => Beginning::Either,
                 _ => Beginning::Sender,
             };
             assert_eq!(beginning(line.as_bytes()), expected, "{line:?}");

@@ -8,6 +8,7 @@
 //!     12.040000 0 . a client has gone
 //! ```
 
+use super::spool::Spool;
 use leadscrew_machine::protocol::realtime::{Byte, Sorter};
 use leadscrew_sim::clock::Cycle;
 use std::collections::BTreeMap;
@@ -16,6 +17,9 @@ use std::io::{self, Write};
 
 /// The longest piece of text without a line end, in bytes; longer text is cut.
 const LONGEST: usize = 512;
+
+/// Pieces of the log, one each 100 ms, that may wait for a slow disk.
+const PIECES: usize = 100;
 
 /// The direction of bytes on a line.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -45,8 +49,12 @@ pub struct WireLog {
 }
 
 impl WireLog {
-    /// Makes a log.
+    /// Makes a log. It never waits: where `to` takes nothing for long, the log ends.
     pub fn new(to: impl Write + Send + 'static) -> Self {
+        Self::on(Spool::new(to, PIECES))
+    }
+
+    fn on(to: impl Write + Send + 'static) -> Self {
         Self {
             to: Box::new(to),
             begun: BTreeMap::new(),
@@ -150,7 +158,7 @@ mod tests {
     #[test]
     fn lines_are_whole_and_realtime_bytes_stand_alone() {
         let paper = Paper::default();
-        let mut log = WireLog::new(paper.clone());
+        let mut log = WireLog::on(paper.clone());
         let at = |millis: u64| Cycle::from_micros(millis * 1000);
         log.event(at(0), 1, &"a client has come").unwrap();
         log.bytes(at(1), 1, Way::ToMachine, b"G1X?1").unwrap();
@@ -176,7 +184,7 @@ mod tests {
     #[test]
     fn a_line_without_end_is_cut_and_not_kept() {
         let paper = Paper::default();
-        let mut log = WireLog::new(paper.clone());
+        let mut log = WireLog::on(paper.clone());
         log.bytes(Cycle(0), 0, Way::ToMachine, &[b'x'; 1300])
             .unwrap();
         let written = std::mem::take(&mut *paper.0.lock().unwrap());

@@ -1,12 +1,12 @@
 //! `leadscrew import drill`.
 
-use super::super::output::is_stdout;
 use super::super::said::aside;
 use super::super::setting_args::{machine, SettingArgs};
 use super::super::{unusable, Unusable};
 use super::output::{read, shown, write};
 use super::OutputArgs;
 use clap::{Args, ValueEnum};
+use leadscrew_files::is_stdout;
 use leadscrew_import::drill::{jobs, DrillJob, Mirror, Options, Speeds};
 use leadscrew_import::excellon::{self, Digits, Known, Units, Zeros};
 use leadscrew_import::Mm;
@@ -131,7 +131,7 @@ pub(super) fn run(args: &DrillArgs) -> Result<bool, Unusable> {
     if !args.output.quiet {
         for (name, drawing) in args.files.iter().zip(&drawings) {
             let notes = drawing.notes.iter();
-            notes.for_each(|note| aside(format!("note: {}: {note}", name.display())));
+            notes.for_each(|note| aside(format!("note: {}: {note}", leadscrew_files::shown(name))));
         }
     }
     let jobs = jobs(&drawings, &options, &speeds(&machine)).map_err(unusable)?;

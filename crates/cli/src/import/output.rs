@@ -1,12 +1,15 @@
 //! Reads input files and writes jobs.
 
-use super::super::output::{is_input, is_stdout, Output};
-use super::super::said::{aside, say};
+use super::super::said::{aside, put};
 use super::super::{input, unusable, Unusable};
 use super::OutputArgs;
+use leadscrew_files::{is_input, is_stdout, read_all, Output};
 use leadscrew_import::{Faults, Job};
-use std::io::{Read, Write};
+use std::io::Write;
 use std::path::Path;
+
+/// The most bytes of a file that is imported.
+const LONGEST: usize = 256 << 20;
 
 /// Reads a whole file of text. Bytes that are not UTF-8 are replaced: they can only be in comments.
 /// Lines end with LF, CR or CR LF, and a byte order mark is left out, as in jobs that are run.
@@ -14,10 +17,9 @@ use std::path::Path;
 /// # Errors
 /// Where it cannot be read or is no text.
 pub(in super::super) fn read(name: &Path) -> Result<String, Unusable> {
-    let mut job = input::open(name).map_err(unusable)?;
-    let mut bytes = Vec::new();
-    let read = job.text.read_to_end(&mut bytes);
-    read.map_err(|error| unusable(format!("{}: cannot be read: {error}", job.name)))?;
+    let job = input::open(name).map_err(unusable)?;
+    let bytes = read_all(job.text, LONGEST)
+        .map_err(|error| unusable(format!("{}: cannot be read: {error}", job.name)))?;
     let text = String::from_utf8_lossy(&bytes);
     let text = text.trim_start_matches('\u{FEFF}');
     Ok(text.replace("\r\n", "\n").replace('\r', "\n"))
@@ -25,7 +27,7 @@ pub(in super::super) fn read(name: &Path) -> Result<String, Unusable> {
 
 /// The value that a reader returned. If it returned faults instead, prints them and returns `None`.
 pub(in super::super) fn shown<T>(name: &Path, text: &str, read: Result<T, Faults>) -> Option<T> {
-    let name = name.display().to_string();
+    let name = leadscrew_files::shown(name);
     read.map_err(|faults| aside(faults.show(&name, text))).ok()
 }
 
@@ -46,10 +48,10 @@ pub(in super::super) fn write(
     }
     let text = job.lines.join("\n");
     if is_stdout(path) {
-        return say(text);
+        return put(format!("{text}\n").as_bytes());
     }
     if is_input(path, inputs) {
-        let shown = path.display();
+        let shown = leadscrew_files::shown(path);
         return Err(unusable(format!(
             "{shown}: is a file that is read; the job needs another name"
         )));

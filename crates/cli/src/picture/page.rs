@@ -2,6 +2,7 @@
 //! axes.
 
 use super::scale::{label, Scale};
+use leadscrew_files::plain;
 use svg::node::element::{Group, Line, Rectangle, Text};
 use svg::Document;
 
@@ -86,7 +87,8 @@ fn hundredths(pixels: f64) -> f64 {
 }
 
 pub(super) fn text(x: f64, y: f64, content: &str) -> Text {
-    Text::new(content)
+    // A name may have characters that XML has not.
+    Text::new(plain(content))
         .set("x", hundredths(x))
         .set("y", hundredths(y))
         .set("fill", INK)

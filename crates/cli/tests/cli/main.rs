@@ -6,6 +6,7 @@ mod import;
 mod jobs;
 mod machine;
 mod outputs;
+mod paths;
 mod program;
 mod refusals;
 mod schema;

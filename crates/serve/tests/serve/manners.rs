@@ -64,6 +64,55 @@ fn a_flood_costs_its_sender_only() {
     client.wait_for("Idle");
 }
 
+/// Counted by the log, however slow the computer is: between a byte of one line and its effect, a
+/// line that floods the machine brings no more than its share of the turn at hand and of the next.
+#[test]
+fn a_flood_of_realtime_bytes_delays_another_line_by_two_turns() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("wire.log");
+    let tcp = || LineSpec::Tcp("127.0.0.1:0".into());
+    let served = Served::start(Service {
+        log: Some(WireLog::new(std::fs::File::create(&file).unwrap())),
+        lines: vec![tcp(), tcp()],
+        ..one_line()
+    });
+    let mut flood = TcpStream::connect(&served.ready[0]).unwrap();
+    let mut unread = flood.try_clone().unwrap();
+    let reading =
+        std::thread::spawn(
+            move || while unread.read(&mut [0; 65536]).is_ok_and(|count| count > 0) {},
+        );
+    let writing =
+        std::thread::spawn(move || while flood.write_all(&[b'?', 0x91].repeat(2048)).is_ok() {});
+    let stream = TcpStream::connect(&served.ready[1]).unwrap();
+    let mut client = Client::new(stream.try_clone().unwrap(), stream);
+    for _ in 0..10 {
+        assert_eq!(client.say("G91 G1 X0.5 F600"), [""; 0]);
+        client.send(b"!");
+        client.wait_for("Hold:0");
+        client.send(b"~");
+        client.wait_for("Idle");
+    }
+    drop((client, served));
+    reading.join().unwrap();
+    writing.join().unwrap();
+    let (mut since, mut holds) = (0, 0);
+    for row in std::fs::read_to_string(file).unwrap().lines() {
+        let (_, what) = row.trim().split_once(' ').unwrap();
+        match what {
+            "1 < ?" => since = 0,
+            "0 > ok" => {}
+            what if what.starts_with("0 > <") => since += 1,
+            what if what.starts_with("1 > <") => {
+                holds += 1;
+                assert!(since <= 2 * 256, "{since} answers to the flood came first");
+            }
+            _ => {}
+        }
+    }
+    assert!(holds >= 20, "{holds}");
+}
+
 #[test]
 fn a_sender_that_does_not_count_is_named_once_when_bytes_are_lost() {
     let served = Served::tcp(FAST, 1.0);

@@ -88,7 +88,7 @@ impl Served {
     /// Serves a machine whose settings are stored in `file`.
     pub(crate) fn remembering(file: &Path) -> Self {
         Self::start(Service {
-            state: Some(StateFile::new(file.into())),
+            state: Some(StateFile::new(file).unwrap()),
             ..one_line()
         })
     }

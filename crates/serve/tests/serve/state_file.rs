@@ -71,7 +71,13 @@ fn a_state_file_belongs_to_one_program_at_a_time() {
         let first = Served::remembering(&file);
         let second = Served::remembering(&file);
         assert!(second.said[0].contains("in use"), "{:?}", second.said);
-        assert_eq!(second.connect().say("$110=1"), [""; 0]);
+        let mut client = second.connect();
+        // What cannot be kept is refused, whatever kind of value it is; other lines are not.
+        for line in ["$110=1\n", "G10L2P1X5\n", "$N0=G20\n"] {
+            client.send(line.as_bytes());
+            assert_eq!(client.hear(PATIENCE).as_deref(), Some("error:7"), "{line}");
+        }
+        assert_eq!(client.say("G4P0"), [""; 0]);
         assert_eq!(first.connect().say("$111=4321"), [""; 0]);
     }
     let third = Served::remembering(&file);
@@ -90,10 +96,11 @@ fn a_state_file_that_cannot_be_used_is_kept_aside_and_said() {
     let mut other_version = sound.clone();
     other_version[15] += 1;
     let half = sound[..sound.len() / 2].to_vec();
+    let long = [&sound[..], b"more"].concat();
     let table: [(&[u8], &str); 3] = [
         (&half, "is cut short"),
         (&other_version, "has version 2, not 1"),
-        (b"$110=4321.5\n", "is no state file"),
+        (&long, "has more than"),
     ];
     for (count, (bytes, fault)) in (1..).zip(table) {
         std::fs::write(&file, bytes).unwrap();
@@ -111,6 +118,30 @@ fn a_state_file_that_cannot_be_used_is_kept_aside_and_said() {
         client.wait_for("Alarm");
         assert_eq!(client.setting("$110").as_deref(), Some("$110=6000.000"));
     }
+}
+
+/// A program's private file stays private, and a link stays a link.
+#[cfg(unix)]
+#[test]
+fn a_state_file_behind_a_link_is_replaced_at_its_place_with_its_mode() {
+    use std::os::unix::fs::{symlink, PermissionsExt};
+    let folder = tempfile::tempdir().unwrap();
+    let [real, link] = ["real", "link"].map(|name| folder.path().join(name));
+    Served::remembering(&real).connect().say("$110=4321.5");
+    std::fs::set_permissions(&real, PermissionsExt::from_mode(0o600)).unwrap();
+    symlink("real", &link).unwrap();
+    assert_eq!(
+        Served::remembering(&link).connect().say("$111=4000"),
+        [""; 0]
+    );
+    assert!(link.is_symlink());
+    let there = std::fs::symlink_metadata(&real).unwrap();
+    assert!(there.is_file());
+    assert_eq!(there.permissions().mode() & 0o777, 0o600);
+    let served = Served::remembering(&real);
+    let mut client = served.connect();
+    assert_eq!(client.setting("$110").as_deref(), Some("$110=4321.500"));
+    assert_eq!(client.setting("$111").as_deref(), Some("$111=4000.000"));
 }
 
 #[test]

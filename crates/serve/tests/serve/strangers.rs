@@ -104,6 +104,11 @@ fn the_request_of_a_web_page_moves_and_holds_nothing() {
     ask_as_a_browser(&served, &[post]);
     ask_as_a_browser(&served, &["PO", "ST", " /?!", "\x18\nG91G0X3\n"]);
     ask_as_a_browser(&served, &["GET /?a=!\u{18} HTTP/1.1\r\n\r\n"]);
+    // What a page can send by WebRTC: STUN behind the two bytes of its length, here with a user's
+    // name that the page chooses.
+    let stun = "\0\x01\0\x40!\x12\x24\x42aaaaaaaaaaaa\0\x06\0\x08a:!\x18\nG0X9\n";
+    ask_as_a_browser(&served, &[&format!("\0\x54{stun}")]);
+    ask_as_a_browser(&served, &["\n", &format!("\x20{stun}")]);
     let mut client = served.connect();
     let report = client.ask();
     assert!(

@@ -30,7 +30,11 @@ impl fmt::Display for ProfileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Unreadable(file, error) => {
-                write!(f, "{}: cannot be read: {error}", file.display())
+                write!(
+                    f,
+                    "{}: cannot be read: {error}",
+                    leadscrew_files::shown(file)
+                )
             }
             Self::Wrong(wrong) => wrong.fmt(f),
         }
@@ -39,7 +43,7 @@ impl fmt::Display for ProfileError {
 
 impl fmt::Display for Wrong {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}: ", self.file.display(), self.line)?;
+        write!(f, "{}:{}: ", leadscrew_files::shown(&self.file), self.line)?;
         if !self.key.is_empty() {
             write!(f, "{}: ", self.key)?;
         }

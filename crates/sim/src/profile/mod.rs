@@ -37,6 +37,7 @@ pub use value::{
     Positive, SettingNumber, ValueError, Volts, Way,
 };
 
+use leadscrew_files::WRITTEN_BY_HAND;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -386,7 +387,7 @@ impl Profile {
     /// # Errors
     /// [`ProfileError`], with file, line and key.
     pub fn load(file: &Path) -> Result<Self, ProfileError> {
-        let bytes = std::fs::read(file);
+        let bytes = leadscrew_files::read(file, WRITTEN_BY_HAND);
         let bytes = bytes.map_err(|error| ProfileError::Unreadable(file.to_owned(), error))?;
         let text = Wrong::text(file, &bytes).map_err(ProfileError::Wrong)?;
         Self::parse(file, text).map_err(ProfileError::Wrong)

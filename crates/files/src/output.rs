@@ -3,17 +3,17 @@
 //! A file appears under its name when it is complete. If the program is stopped before that, an
 //! existing file of this name stays unchanged.
 
-use super::said::unless_left;
+use super::shown;
 use atomic_write_file::AtomicWriteFile;
 use std::cell::RefCell;
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, BufWriter, Stdout, Write};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 /// An output that could not be made or written.
 #[derive(Debug)]
-pub(super) struct OutputError {
+pub struct OutputError {
     path: PathBuf,
     error: io::Error,
 }
@@ -23,7 +23,7 @@ impl std::fmt::Display for OutputError {
         write!(
             f,
             "{}: cannot be written: {}",
-            self.path.display(),
+            shown(&self.path),
             self.error
         )
     }
@@ -32,13 +32,13 @@ impl std::fmt::Display for OutputError {
 impl std::error::Error for OutputError {}
 
 /// Whether an output goes to standard output. If so, messages about the job are not printed there.
-pub(super) fn is_stdout(path: &Path) -> bool {
+pub fn is_stdout(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
 /// Whether a path leads to the same file as one of `inputs`: an output must not replace an input. A
 /// device does not count, since it may be input and output.
-pub(super) fn is_input(path: &Path, inputs: &[&Path]) -> bool {
+pub fn is_input(path: &Path, inputs: &[&Path]) -> bool {
     let target = fs::canonicalize(path).ok().filter(|path| path.is_file());
     let is_target = |input: &&Path| target.is_some() && fs::canonicalize(input).ok() == target;
     inputs.iter().any(is_target)
@@ -48,13 +48,10 @@ pub(super) fn is_input(path: &Path, inputs: &[&Path]) -> bool {
 ///
 /// # Errors
 /// An output would replace one of these files.
-pub(super) fn spare<'a>(
-    inputs: &[&Path],
-    outputs: impl Iterator<Item = &'a Path>,
-) -> Result<(), String> {
+pub fn spare<'a>(inputs: &[&Path], outputs: impl Iterator<Item = &'a Path>) -> Result<(), String> {
     let mut taken = Vec::new();
     for path in outputs {
-        let name = path.display();
+        let name = shown(path);
         if is_input(path, inputs) {
             return Err(format!(
                 "{name}: is a file that is read; the output needs another name"
@@ -89,7 +86,7 @@ fn place(path: &Path) -> Option<PathBuf> {
 ///
 /// # Errors
 /// The links lead nowhere, for example in a circle.
-fn target(path: &Path) -> io::Result<PathBuf> {
+pub fn target(path: &Path) -> io::Result<PathBuf> {
     match (fs::canonicalize(path), fs::read_link(path)) {
         (Ok(there), _) => Ok(there),
         (Err(error), Ok(next)) if error.kind() == io::ErrorKind::NotFound => {
@@ -100,14 +97,64 @@ fn target(path: &Path) -> io::Result<PathBuf> {
     }
 }
 
+/// Opens the pipe or the device at `path`; `None` where a file is there or nothing.
+///
+/// # Errors
+/// It cannot be written, or is a disk.
+fn there(path: &Path) -> io::Result<Option<File>> {
+    let Ok(there) = fs::metadata(path) else {
+        return Ok(None);
+    };
+    if is_disk(&there) {
+        return Err(io::Error::other("is a disk, not a file"));
+    }
+    // A file that is write-protected must not be replaced, either.
+    let file = OpenOptions::new().write(true).open(path)?;
+    Ok((!there.is_file()).then_some(file))
+}
+
+#[cfg(unix)]
+fn is_disk(metadata: &Metadata) -> bool {
+    std::os::unix::fs::FileTypeExt::is_block_device(&metadata.file_type())
+}
+
+#[cfg(not(unix))]
+fn is_disk(_: &Metadata) -> bool {
+    false
+}
+
+/// Opens an output that is written as its program goes on, a log: a file is emptied.
+///
+/// # Errors
+/// It cannot be written, or is a disk.
+pub fn open_log(path: &Path) -> io::Result<File> {
+    let path = target(path)?;
+    match there(&path)? {
+        Some(file) => Ok(file),
+        None => File::create(path),
+    }
+}
+
+/// The outcome of writing to standard output. A reader that has closed it early (`| head`) is no
+/// failure.
+///
+/// # Errors
+/// Every other failure.
+pub fn unless_left(written: io::Result<()>) -> io::Result<()> {
+    match written {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        written => written,
+    }
+}
+
 /// An output to be written.
-pub(super) struct Output {
+pub struct Output {
     path: PathBuf,
     to: Rc<RefCell<To>>,
 }
 
 /// Writes to an [`Output`].
-pub(super) struct Pen(Rc<RefCell<To>>);
+pub struct Pen(Rc<RefCell<To>>);
 
 /// The device, file or pipe of an output.
 enum To {
@@ -125,7 +172,7 @@ impl Output {
     ///
     /// # Errors
     /// Where it cannot.
-    pub(super) fn create(path: &Path) -> Result<Self, OutputError> {
+    pub fn create(path: &Path) -> Result<Self, OutputError> {
         let to = To::open(path).map_err(|error| OutputError {
             path: path.to_owned(),
             error,
@@ -137,7 +184,7 @@ impl Output {
     }
 
     /// A writer to this output.
-    pub(super) fn pen(&self) -> Pen {
+    pub fn pen(&self) -> Pen {
         Pen(Rc::clone(&self.to))
     }
 
@@ -145,7 +192,7 @@ impl Output {
     ///
     /// # Errors
     /// The first failure; the file then stays as it was before.
-    pub(super) fn complete(self, written: io::Result<()>) -> Result<(), OutputError> {
+    pub fn complete(self, written: io::Result<()>) -> Result<(), OutputError> {
         let path = self.path;
         let to = self.to.replace(To::Done);
         let mut completed = written.and_then(|()| to.complete());
@@ -162,12 +209,8 @@ impl To {
             return Ok(Self::Stdout(io::stdout()));
         }
         let path = target(path)?;
-        if let Ok(there) = fs::metadata(&path) {
-            // A file that is write-protected must not be replaced, either.
-            let file = OpenOptions::new().write(true).open(&path)?;
-            if !there.is_file() {
-                return Ok(Self::There(BufWriter::new(file)));
-            }
+        if let Some(file) = there(&path)? {
+            return Ok(Self::There(BufWriter::new(file)));
         }
         let beside = AtomicWriteFile::open(&path)?;
         Ok(Self::Beside(BufWriter::new(beside)))
