@@ -42,10 +42,124 @@ limits = { high = 0 }
 const SQUARE = "G21 G90\nG1 X20 F3000\nY20\nX0\nY0\n";
 const LONG = `G21 G90\nM3 S1000\n${"G1 X20 F1500\nX0\n".repeat(30)}`;
 
+const TOOLS = `${FAST}[tool_change]\nshown = "hold"\n`.replace("bench", "drill");
+const HEATED = `${FAST}[heaters.nozzle]\nsensor = "ad595"\nmost = 270\nextrusion = 50\nhottest = 300\n`.replace("bench", "warm");
+const HARD = FAST.replace("[settings]", "[settings]\n\"$21\" = 1").replace("bench", "hard");
+
 const text = (page, selector) => page.locator(selector).textContent();
 const number = async (page, selector) => Number.parseFloat(await text(page, selector));
 const isState = (page, name) => page.waitForFunction((name) => document.getElementById("state").textContent.startsWith(name), name);
 const axis = (letter) => `#axes td[data-axis="${letter}"]`;
+
+const start = (page) => page.getByRole("button", {name: "Run", exact: true}).click();
+const reset = (page) => page.getByRole("button", {name: "Reset", exact: true}).click();
+const unlock = (page) => page.getByRole("button", {name: "Unlock"}).click();
+/** The account of the job reads so. */
+async function reads(page, words) {
+  try {
+    await page.waitForFunction((words) => new RegExp(words).test(document.getElementById("job-time").textContent), words);
+  } catch (error) {
+    throw new Error(`${words} is not what it reads: ${await text(page, "#state")}, ${await text(page, "#job-time")}`, {cause: error});
+  }
+}
+async function press(page, name) {
+  await page.getByRole("tab", {name: "Switches"}).click();
+  await page.getByRole("button", {name}).click();
+}
+
+/** How a job ends: what is done to it, and its account. */
+const ENDS = Object.entries({
+  "the end of the file": {job: SQUARE, act: () => {}, ends: "^done in"},
+  "M2": {job: `${SQUARE}M2\n`, act: () => {}, ends: "^done in"},
+  "M30, and lines after it": {job: `${SQUARE}M30\nG0 X1\n`, act: () => {}, ends: "^done in"},
+  "a pause of the program": {
+    job: "G21 G90\nG1 X5 F3000\nM0 (turn the work)\nG1 X0\n", ends: "^done in",
+    act: async ({page}) => {
+      await reads(page, "^line 3 of 4: the program pauses, turn the work: Resume goes on$");
+      await page.getByRole("button", {name: "Resume"}).click();
+    },
+  },
+  "a hold": {
+    job: LONG, ends: "^line \\d+ of 62, .* left$",
+    act: async ({page}) => {
+      await isState(page, "Run");
+      await page.getByRole("button", {name: "Hold", exact: true}).click();
+      await reads(page, "^held at line \\d+ of 62: Resume goes on$");
+      await page.getByRole("button", {name: "Resume"}).click();
+    },
+  },
+  "a door": {
+    machine: `${FAST}[door]\nfitted = true\n`, job: LONG, ends: "^line \\d+ of 62, .* left$",
+    act: async ({page}) => {
+      await isState(page, "Run");
+      await press(page, "Door");
+      await reads(page, "^line \\d+ of 62: the door is open: close it, then Resume$");
+      await press(page, "Door");
+      await reads(page, "^line \\d+ of 62: the door is closed: Resume goes on$");
+      await page.getByRole("button", {name: "Resume"}).click();
+    },
+  },
+  "a reset in motion": {
+    job: LONG, ends: "^stopped by a reset at line \\d+$", unlocks: unlock,
+    act: async ({page}) => {
+      await isState(page, "Run");
+      await reset(page);
+    },
+  },
+  "a reset in a hold": {
+    job: LONG, ends: "^stopped by a reset at line \\d+$",
+    act: async ({page}) => {
+      await isState(page, "Run");
+      await page.getByRole("button", {name: "Hold", exact: true}).click();
+      await isState(page, "Hold:0");
+      await reset(page);
+    },
+  },
+  "a tool change that is given up": {
+    machine: TOOLS, job: "G21 G90\nM6 T2\nG1 X4 F3000\n", ends: "^stopped by a reset at line 2$",
+    act: async ({page}) => {
+      await isState(page, "Hold:0");
+      await reset(page);
+      await isState(page, "Idle");
+    },
+  },
+  "a limit switch, where only a reset leads out": {
+    machine: HARD, job: LONG, ends: "^stopped by ALARM:1 at line \\d+$",
+    act: async ({page}) => {
+      await isState(page, "Run");
+      await press(page, "Limit X");
+      await page.locator("#alarm-reset").waitFor();
+      assert.match(await text(page, "#alarm"), /^ALARM:1: A limit switch was hit.*Reset it/);
+      assert.ok(await page.locator("#unlock").isHidden() && await page.locator("#home").isDisabled());
+    },
+    unlocks: async (page) => {
+      await page.getByRole("button", {name: "Limit X"}).click();
+      await page.locator("#alarm-reset").click();
+      await unlock(page);
+    },
+  },
+  "a probe that touches nothing": {job: "G21 G90\nG1 X5 F3000\nG38.2 Z-1 F600\n", act: () => {}, ends: "^stopped by ALARM:5 at line 3$", unlocks: unlock},
+  "a probe that touches too early": {
+    job: "G21 G90\nG1 X80 F1200\nG38.2 Z-1 F600\n", ends: "^stopped by ALARM:4 at line 3$", unlocks: unlock,
+    act: ({page}) => press(page, "Probe"),
+  },
+  "sleep": {job: "G21 G90\nG1 X5 F3000\nG4 P0\n$SLP\n", act: () => {}, ends: "^stopped by Sleep at line 4$"},
+  "check mode": {job: "G21 G90\n$C\nG1 X5 F3000\n", act: () => {}, ends: "^done in"},
+  "a line that is refused": {
+    job: `G21 G90\nG1 X5 F3000\n${"G4 P0.3\nG1 X0\nG4 P0.3\nG1 X5\n".repeat(20)}`, ends: "^stopped by error:22 \\(.*\\) at line \\d+$",
+    act: async ({page}) => {
+      await isState(page, "Run");
+      await say(page, "G93");
+    },
+  },
+  "the loss of the connection": {
+    only: "server", job: LONG, ends: "^stopped by the loss of the connection at line \\d+$",
+    act: async ({page, server}) => {
+      await isState(page, "Run");
+      await server.stop();
+    },
+  },
+});
 
 /** Drops a file on the page, as a file manager does. */
 export async function drop(page, name, content) {
@@ -241,6 +355,129 @@ export const cases = [
       await page.getByRole("button", {name: "Reset", exact: true}).click();
       await page.getByRole("button", {name: "Unlock"}).click();
       await isState(page, "Idle");
+    },
+  },
+  {
+    name: "a tool change is named, the job goes on where it was, and nothing else can run meanwhile",
+    machine: TOOLS,
+    async run({page, shoot}) {
+      await isState(page, "Idle");
+      await dropAndTime(page, "board.nc", "G21 G90\nG1 X2 F3000\nM6 T2 (0.8 mm)\nG1 X4\n");
+      await start(page);
+      await isState(page, "Hold:0");
+      await page.waitForFunction(() => document.getElementById("pause").textContent === "Insert tool 2, 0.8 mm, then Resume.");
+      await reads(page, "^line 3 of 4: insert tool 2, 0.8 mm, then Resume$");
+      assert.ok(await page.locator("#run").isDisabled());
+      assert.ok(await page.locator("#resume").isEnabled());
+      assert.deepEqual(await violations(page), []);
+      await shoot("tool-change");
+      await page.getByRole("button", {name: "Resume"}).click();
+      await reads(page, "^done in");
+      assert.equal(await text(page, axis("X")), "4.000");
+      assert.ok(await page.locator("#pause").isHidden());
+      assert.ok(await page.locator("#run").isEnabled());
+    },
+  },
+  {
+    name: "a wait for heat is named with the temperatures",
+    machine: HEATED,
+    async run({page, shoot}) {
+      await isState(page, "Idle");
+      await page.waitForFunction(() => /^\d+\.\d °C$/.test(document.querySelector('[data-heater="nozzle"]')?.textContent));
+      await drop(page, "warm.nc", "G21 G90\nM109 S60\nG1 X4 F3000\n");
+      await page.waitForFunction(() => !document.getElementById("run").disabled);
+      await start(page);
+      await reads(page, "^line 2 of 3: heating: nozzle \\d+ of 60 °C$");
+      assert.match(await text(page, "#pause"), /^Heating: nozzle/);
+      await page.waitForFunction(() => / of 60$/.test(document.querySelector('[data-heater="nozzle"]').textContent));
+      await shoot("heating");
+      await page.getByRole("button", {name: "Reset", exact: true}).click();
+      await reads(page, "^stopped by a reset at line 2$");
+    },
+  },
+  {
+    name: "a job that homes is timed and drawn",
+    machine: HOMED,
+    async run({page}) {
+      await isState(page, "Alarm");
+      await dropAndTime(page, "homes.nc", "$H\nG21 G91\nG1 X-20 F600\n");
+      assert.ok((await number(page, "#job-time").catch(() => 0)) !== 0);
+      assert.match(await text(page, "#job-time"), /^takes ([2-9]|\d\d)/);
+      assert.ok((await page.evaluate(() => globalThis.leadscrew.job.path.count)) > 0);
+    },
+  },
+  {
+    name: "where zero moves, the job is drawn and checked anew; what is known to go wrong is asked about",
+    machine: HOMED,
+    async run({page, shoot}) {
+      await isState(page, "Alarm");
+      await page.getByRole("button", {name: "Home", exact: true}).click();
+      await isState(page, "Home");
+      await isState(page, "Idle");
+      await dropAndTime(page, "square.nc", SQUARE);
+      const drawn = await inked(page);
+      assert.match(await text(page, "#findings"), /outside the travel/i);
+      await start(page);
+      await page.locator("#ask").waitFor();
+      assert.match(await text(page, "#ask-text"), /^Line 2: .*travel.*run into its end/i);
+      assert.deepEqual(await violations(page), []);
+      await shoot("asked");
+      await page.getByRole("button", {name: "Cancel"}).click();
+      await isState(page, "Idle");
+      await page.getByRole("button", {name: "Jog X minus"}).click();
+      await page.getByRole("button", {name: "Jog X minus"}).click();
+      await page.getByRole("button", {name: "Jog X minus"}).click();
+      await page.getByRole("button", {name: "Jog Y minus"}).click();
+      await page.getByRole("button", {name: "Jog Y minus"}).click();
+      await page.getByRole("button", {name: "Jog Y minus"}).click();
+      await page.waitForFunction((selector) => Number.parseFloat(document.querySelector(selector).textContent) < -29, axis("Y"));
+      await isState(page, "Idle");
+      await page.getByRole("button", {name: "Zero XY"}).click();
+      await page.waitForFunction(() => document.getElementById("findings").childElementCount === 0 && /^takes/.test(document.getElementById("job-time").textContent));
+      assert.equal(await page.evaluate(() => globalThis.leadscrew.job.path.count), 5);
+      await page.getByRole("button", {name: "Fit job"}).click();
+      assert.ok((await inked(page)) > drawn / 2);
+      await start(page);
+      await reads(page, "^done in");
+    },
+  },
+  ...ENDS.map(([name, {machine = FAST, job, act, ends, unlocks, only}]) => ({
+    name: `the account of a job: ${name}`,
+    machine,
+    only,
+    expected: only && /WebSocket|ERR_CONNECTION/,
+    async run({page, server}) {
+      await isState(page, "Idle");
+      await drop(page, "job.nc", job);
+      await page.waitForFunction(() => !document.getElementById("run").disabled);
+      await start(page);
+      await act({page, server});
+      await reads(page, ends);
+      if (!unlocks) return;
+      // What has ended stays so, and does not begin to count again.
+      await isState(page, "Alarm");
+      await unlocks(page);
+      await isState(page, "Idle");
+      await sleep(300);
+      await reads(page, ends);
+      assert.ok(await page.locator("#run").isEnabled());
+    },
+  })),
+  {
+    name: "a job that is too large for a page is refused in words",
+    machine: FAST,
+    async run({page}) {
+      await isState(page, "Idle");
+      for (const [bytes, words] of [["new Uint8Array(200e6)", /^big.nc has 200 MB\. A page takes 32 MB and 1 million lines at most/], ["'\\n'.repeat(2e6)", /has 2000001 lines/]]) {
+        await page.evaluate((bytes) => {
+          const data = new DataTransfer();
+          data.items.add(new File([new Function(`return ${bytes}`)()], "big.nc"));
+          for (const type of ["dragenter", "drop"]) document.body.dispatchEvent(new DragEvent(type, {dataTransfer: data, bubbles: true, cancelable: true}));
+        }, bytes);
+        await page.waitForFunction((words) => new RegExp(words).test(document.getElementById("job-facts").textContent), words.source);
+        assert.ok(await page.locator("#run").isDisabled());
+      }
+      await dropAndTime(page, "square.nc", SQUARE);
     },
   },
   {

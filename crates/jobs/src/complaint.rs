@@ -14,6 +14,7 @@ use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::status::Status;
 use leadscrew_sim::own::{alarm_of, error_of};
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::fmt;
 
 /// Why a line of a job was refused, why the machine stopped at it, or what is odd about it.
@@ -92,6 +93,23 @@ impl Fault {
             Self::Alarm(alarm) => alarm.explanation(),
         }
     }
+}
+
+/// The errors and alarms of all machines, for a page: the spelling, and for each the short text and
+/// the remedy.
+pub fn faults() -> BTreeMap<String, [&'static str; 2]> {
+    let own = |number| {
+        [
+            Fault::Error(Status::Own(number)),
+            Fault::Alarm(Alarm::Own(number)),
+        ]
+    };
+    let errors = Status::ALL.iter().map(|status| Fault::Error(*status));
+    let alarms = Alarm::ALL.iter().map(|alarm| Fault::Alarm(*alarm));
+    let all = errors.chain(alarms).chain((0..=u8::MAX).flat_map(own));
+    all.filter(|fault| !fault.message().is_empty())
+        .map(|fault| (fault.to_string(), [fault.message(), fault.explanation()]))
+        .collect()
 }
 
 /// Spelled as GRBL spells it.

@@ -25,7 +25,7 @@ mod words;
 
 pub use check::{read_through, CheckJson, CheckReport};
 pub use checker::{follow, Doubt, Follow};
-pub use complaint::{Complaint, Fault};
+pub use complaint::{faults, Complaint, Fault};
 pub use json::{
     error_json, extents, warning_json, Extent, Extents, JsonError, JsonWarning, JSON_VERSION,
 };

@@ -51,8 +51,10 @@ pub enum Finding {
 /// Analyses jobs for one machine.
 #[derive(Clone, Debug)]
 pub struct Workshop {
-    /// The machine.
+    /// The machine, whose switches and places are not known.
     file: Profile,
+    /// The machine as its file has it, for jobs that home it.
+    whole: Profile,
 }
 
 impl Workshop {
@@ -76,7 +78,8 @@ impl Workshop {
             axis.start = Place::default();
             axis.stops = Stops::default();
         }
-        Self { file }
+        let whole = machine.clone();
+        Self { file, whole }
     }
 
     /// Analyses a job and hands over each finding at once. Ends soon after `go_on` returns false.
@@ -90,7 +93,12 @@ impl Workshop {
         }
         tell(Finding::Check(checked.json));
         if checked.is_clean && go_on() {
-            time(job, &machine, go_on, tell);
+            let homes = homes(&job.text);
+            let machine = match homes {
+                true => Machine::from_listing(&job.settings, self.whole.clone()),
+                false => machine,
+            };
+            time(job, &machine, homes, go_on, tell);
         }
     }
 }
@@ -133,11 +141,29 @@ fn check(job: &Job, machine: &Machine) -> io::Result<Checked> {
     })
 }
 
-/// Runs the job on a machine of its own. Reports the progress, and at the end where the time went.
-fn time(job: &Job, machine: &Machine, go_on: &dyn Fn() -> bool, tell: &mut dyn FnMut(Finding)) {
+/// Whether a job homes the machine.
+fn homes(text: &[u8]) -> bool {
+    let begins = |line: &[u8]| {
+        let mut bare = line.iter().filter(|byte| !byte.is_ascii_whitespace());
+        bare.next() == Some(&b'$') && matches!(bare.next(), Some(b'H' | b'h'))
+    };
+    text.split(|byte| matches!(byte, b'\n' | b'\r')).any(begins)
+}
+
+/// Runs the job on a machine of its own, as `run` does where it `homes`. Reports the progress, and
+/// at the end where the time went.
+fn time(
+    job: &Job,
+    machine: &Machine,
+    homes: bool,
+    go_on: &dyn Fn() -> bool,
+    tell: &mut dyn FnMut(Finding),
+) {
     let mut settings = without_lead(machine).settings;
-    // The job begins at machine position 0 here: it takes the same time wherever it begins.
-    for setting in [Setting::SoftLimits, Setting::Homing] {
+    // A job that does not home begins at machine position 0 here: it takes the same time wherever it
+    // begins.
+    let unknown = [Setting::SoftLimits, Setting::Homing];
+    for setting in unknown.into_iter().filter(|_| !homes) {
         settings.load(Entry {
             number: Key::Machine(setting).number(),
             value: Number::from_int(0),
@@ -250,6 +276,29 @@ mod tests {
         assert!(!found
             .iter()
             .any(|finding| matches!(finding, Finding::Profile(_))));
+    }
+
+    #[test]
+    fn a_job_that_homes_is_timed_and_drawn_with_the_machine_s_switches() {
+        let file = "[homing]\non = true\nfeed_mm_min = 200\nseek_mm_min = 2000\n[axes.x]\nstart = -5\nlimits = { high = 0 }\n\
+                    [axes.y]\nstart = -5\nlimits = { high = 0 }\n[axes.z]\nstart = -5\nlimits = { high = 0 }\n";
+        let found = look_for(
+            file,
+            " $h\nG91G1X-10F300\n",
+            "$22=1\n$24=200\n$25=2000\n",
+            [0.0; 3],
+        );
+        let Finding::Scene(scene) = &found[0] else {
+            panic!("{found:?}")
+        };
+        assert!(scene.len() >= 2 * MOVE_BYTES);
+        let Some(Finding::Profile(json)) = found.last() else {
+            panic!("{found:?}")
+        };
+        let profile: serde_json::Value = serde_json::from_str(json).unwrap();
+        // The cut alone takes 2.5 s, and no axis homes within a second.
+        let seconds = profile["job_seconds"].as_f64().unwrap();
+        assert!(seconds > 3.5, "{seconds}");
     }
 
     #[test]

@@ -88,10 +88,7 @@ where
         let coolant = self.tool.coolant.output();
         let speed = self.reported_speed();
         StatusReport {
-            state: match (self.shown_state(), &self.activity.aside) {
-                (State::Idle, Some(aside)) if self.is_aside() => aside.shown.name(),
-                (state, _) => state.name(active.door),
-            },
+            state: self.reported_state(active.door),
             position: numbers(&self.motion.position()),
             work_offset: numbers(&self.program.work_offset),
             mask: self.settings.mask(Setting::ReportMask),
@@ -124,6 +121,20 @@ where
             extra,
             units: self.report_units(),
         }
+    }
+
+    /// The state as `?` reports it; `ajar`: whether the door is open now. Programs that show the
+    /// machine beside its wire ask for it.
+    pub fn reported_state(&self, ajar: bool) -> &'static str {
+        match (self.shown_state(), &self.activity.aside) {
+            (State::Idle, Some(aside)) if self.is_aside() => aside.shown.name(),
+            (state, _) => state.name(ajar),
+        }
+    }
+
+    /// The fields that extensions add to reports, such as `|T:2`.
+    pub fn own_fields(&self) -> impl fmt::Display + '_ {
+        OwnFields::<X, AXES>(&self.extension)
     }
 
     /// The speed as reports show it, in the unit of F: mm/min, or degrees/min while axes turn and
@@ -314,6 +325,15 @@ impl<X: Extension<AXES>, const AXES: usize> fmt::Display for WithOwn<'_, X, AXES
             write!(f, "{}", self.closed)?;
             self.extension.report(f)
         })
+    }
+}
+
+/// The fields of an extension.
+struct OwnFields<'a, X, const AXES: usize>(&'a X);
+
+impl<X: Extension<AXES>, const AXES: usize> fmt::Display for OwnFields<'_, X, AXES> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.report(f)
     }
 }
 

@@ -184,7 +184,9 @@ mod tests {
         let mut states = frames.iter().filter(|frame| frame[0] == Tag::State as u8);
         let last = states.next_back().expect("a state");
         let axes = usize::from(last[7]);
-        String::from_utf8_lossy(&last[48 + 8 * axes..]).into_owned()
+        let text = String::from_utf8_lossy(&last[48 + 8 * axes..]).into_owned();
+        let end = text.find(['|', '\n']).unwrap();
+        text[..end].to_owned()
     }
 
     #[test]
@@ -249,6 +251,93 @@ mod tests {
         assert!(settings_with(Some(&kept)).contains("$110=777"));
         for unusable in [None, Some(&kept[1..]), Some(&[0; Flash::SIZE])] {
             assert!(settings_with(unusable).contains("$110=500"));
+        }
+    }
+
+    /// The state and the fields of extensions in the last state frame.
+    fn shown(frames: &[Vec<u8>]) -> String {
+        let mut states = frames.iter().filter(|frame| frame[0] == Tag::State as u8);
+        let last = states.next_back().expect("a state");
+        let text = String::from_utf8_lossy(&last[48 + 8 * usize::from(last[7])..]).into_owned();
+        text.split('\n').next().unwrap().to_owned()
+    }
+
+    /// The last report on the wire.
+    fn reported(frames: &[Vec<u8>]) -> String {
+        let wire = frames
+            .iter()
+            .filter(|frame| frame[0] == Tag::Wire as u8 && frame[2] == 1);
+        let text: Vec<u8> = wire.flat_map(|frame| frame[8..].to_vec()).collect();
+        let text = String::from_utf8_lossy(&text).into_owned();
+        let begin = text.rfind('<').expect("a report");
+        text[begin..].lines().next().unwrap().to_owned()
+    }
+
+    const HOMED: &str = "[homing]\non = true\nfeed_mm_min = 200\nseek_mm_min = 600\n\
+        [axes.x]\nstart = -90\nlimits = { high = 0 }\n[axes.y]\nstart = -90\nlimits = { high = 0 }\n\
+        [axes.z]\nstart = -90\nlimits = { high = 0 }\n";
+    const TOOLS: &str = "[tool_change]\n";
+    const TOOLS_SHOWN: &str = "[tool_change]\nshown = \"tool\"\n";
+    const HEAT: &str =
+        "[heaters.nozzle]\nsensor = \"ad595\"\nmost = 270\nextrusion = 50\nhottest = 300\n";
+
+    /// Machine files, what is sent to them, and the state that follows.
+    const STATES: [(&str, &str, &str); 20] = [
+        ("", "", "Idle"),
+        ("", "G1X50F100\n", "Run"),
+        ("", "$J=G91X50F100\n", "Jog"),
+        ("", "G1X50F100\n|!", "Hold:0"),
+        ("", "G1X50F100\n|!|\x18", "Idle"),
+        ("", "G1X50F100\n|\x18", "Alarm"),
+        ("", "M0\n", "Hold:0"),
+        ("", "G4P9\n", "Idle"),
+        ("", "$C\n", "Check"),
+        ("", "$SLP\n", "Sleep"),
+        ("", "G38.2Z-1F600\n", "Alarm"),
+        (HOMED, "", "Alarm"),
+        (HOMED, "$X\n", "Idle"),
+        (HOMED, "$H\n", "Home"),
+        (TOOLS, "G1X1F500\n", "Idle"),
+        (TOOLS, "M6T2\n", "Hold:0"),
+        (TOOLS, "M6T2\n|\x18", "Idle"),
+        (TOOLS_SHOWN, "M6T2\n", "Tool"),
+        (HEAT, "M104S60\n", "Idle"),
+        (HEAT, "M109S60\n", "Run"),
+    ];
+
+    #[test]
+    fn a_page_is_told_the_state_of_the_wire_whatever_the_machine_is_and_does() {
+        for (file, sent, expected) in STATES {
+            let file = Profile::parse(std::path::Path::new("test.toml"), file).unwrap();
+            let mut alone = Alone::power_up(&file, None, Duration::ZERO);
+            let mut now = 0;
+            for part in sent.split('|') {
+                alone
+                    .hear(&frame(1, part.as_bytes()), |_| panic!("no job"))
+                    .unwrap();
+                pass(&mut alone, now, 1000);
+                now += 1000;
+            }
+            // A state that is the same before and after the report is that of the report. (The
+            // temperatures that a warm heater shows may differ.)
+            let before = shown(&pass(&mut alone, now, 100));
+            alone.hear(&frame(1, b"?"), |_| panic!("no job")).unwrap();
+            let after = pass(&mut alone, now + 100, 100);
+            let report = reported(&after);
+            let (name, own) = match before.split_once('|') {
+                Some((name, own)) => (name, own.split(':').next().unwrap()),
+                None => (before.as_str(), "MPos"),
+            };
+            assert_eq!(name, expected, "{sent:?}");
+            assert!(
+                report.starts_with(&format!("<{name}|")),
+                "{sent:?}: {before} {report}"
+            );
+            assert!(
+                report.contains(&format!("|{own}:")),
+                "{sent:?}: {before} {report}"
+            );
+            assert_eq!(shown(&after).split('|').next().unwrap(), name, "{sent:?}");
         }
     }
 

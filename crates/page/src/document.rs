@@ -24,11 +24,12 @@ const COMMON: [Module; 7] = [
 
 /// Modules that only the page of a machine has. The module that reaches the machine is added to
 /// them.
-const MACHINE: [Module; 9] = [
+const MACHINE: [Module; 10] = [
     ("chart", include_str!("../web/chart.js")),
     ("frames", include_str!("../web/frames.js")),
     ("job", include_str!("../web/job.js")),
     ("jog", include_str!("../web/jog.js")),
+    ("life", include_str!("../web/life.js")),
     ("main", include_str!("../web/main.js")),
     ("panels", include_str!("../web/panels.js")),
     ("program", include_str!("../web/program.js")),

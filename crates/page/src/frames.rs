@@ -11,8 +11,9 @@ use leadscrew_machine::board::SpindleOutput;
 use leadscrew_sim::powered::Snapshot;
 use serde_json::{json, Value};
 
-/// The longest content of a frame from a page, bytes: a job of 200 MB and its name.
-const LONGEST: usize = 201_000_000;
+/// The longest content of a frame from a page, bytes: a job of 32 MB, as pages take it, and its
+/// name.
+const LONGEST: usize = 33_000_000;
 
 /// The content of a frame to a page.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -97,8 +98,14 @@ pub(crate) struct Progress {
     pub(crate) done: u32,
 }
 
-/// Makes the frame for the machine's state at an instant.
-pub(crate) fn state(machine: &Snapshot, progress: Progress, normally_closed: bool) -> Vec<u8> {
+/// Makes the frame for the machine's state at an instant. `quiet`: nothing is under way. `last`: the
+/// alarm in force and the message that asks for something, each empty where there is none.
+pub(crate) fn state(
+    machine: &Snapshot,
+    progress: Progress,
+    (quiet, normally_closed): (bool, bool),
+    last: [&str; 2],
+) -> Vec<u8> {
     let levels = &machine.switches;
     // One motor for each axis, and a second motor.
     let motors = machine.position.len() + 1;
@@ -117,7 +124,7 @@ pub(crate) fn state(machine: &Snapshot, progress: Progress, normally_closed: boo
         levels.reset,
     ];
     let buttons = bits(&mut highs.into_iter().map(|high| !high));
-    let mut bytes = vec![Tag::State as u8, 0];
+    let mut bytes = vec![Tag::State as u8, u8::from(quiet)];
     bytes.extend(machine.overrides);
     bytes.extend([limits, buttons, machine.position.len() as u8]);
     bytes.extend(machine.now.seconds().to_le_bytes());
@@ -142,7 +149,8 @@ pub(crate) fn state(machine: &Snapshot, progress: Progress, normally_closed: boo
     for place in machine.position.iter().chain(&machine.work_offset) {
         bytes.extend(place.to_le_bytes());
     }
-    bytes.extend(machine.state.as_bytes());
+    let text = format!("{}{}\n{}\n{}", machine.state, machine.own, last[0], last[1]);
+    bytes.extend(text.as_bytes());
     bytes
 }
 

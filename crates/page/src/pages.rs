@@ -15,7 +15,7 @@ use crate::frames::{self, frame, Progress, Said, Tag};
 use crate::key::Key;
 use crate::outlet::Outlet;
 use crate::trail::Trail;
-use leadscrew_jobs::{Finding, Job};
+use leadscrew_jobs::{faults, Finding, Job};
 use leadscrew_sim::powered::Snapshot;
 use leadscrew_sim::profile::Profile;
 use leadscrew_sim::scene::MOVE_BYTES;
@@ -95,6 +95,7 @@ pub struct Pages {
     answers: u32,
     /// For each channel, the beginning of a line that the machine has not finished yet.
     begun: Vec<Vec<u8>>,
+    heard: Heard,
     /// The page that controls the machine.
     holder: Option<u64>,
     senders: Vec<String>,
@@ -112,6 +113,7 @@ impl Pages {
             known: Known::default(),
             answers: 0,
             begun: vec![Vec::new(); lines],
+            heard: Heard::default(),
             holder: None,
             senders: Vec::new(),
             normally_closed,
@@ -124,6 +126,7 @@ impl Pages {
     pub fn begin(&mut self, hello: &Value) {
         self.answers = 0;
         self.begun.iter_mut().for_each(Vec::clear);
+        self.heard = Heard::default();
         self.known.hello = frames::text(Tag::Hello, hello);
         self.known.settings.clear();
         for page in &mut self.all {
@@ -193,7 +196,10 @@ impl Pages {
             self.tell(&frames::wire(line, from_machine, self.answers, bytes));
         }
         if let (true, Some(begun)) = (from_machine, self.begun.get_mut(line)) {
-            self.answers += count_answers(begun, bytes);
+            for line in lines(begun, bytes) {
+                self.answers += u32::from(line.starts_with("ok") || line.starts_with("error:"));
+                self.heard.note(&line);
+            }
         }
     }
 
@@ -251,7 +257,10 @@ impl Pages {
             self.answers = desk.lines_begun();
         }
         let progress = self.tell_moves(&mut desk.trail(), &machine, quiet);
-        self.tell(&frames::state(&machine, progress, self.normally_closed));
+        let bits = (quiet, self.normally_closed);
+        let last = self.heard.in_force(machine.state);
+        let frame = frames::state(&machine, progress, bits, last);
+        self.tell(&frame);
     }
 
     /// Sends pages a finding about the job that was dropped last.
@@ -306,18 +315,58 @@ impl Pages {
     }
 }
 
-/// Counts the answers that end in `bytes`; `begun` holds the beginning of the line under way.
-fn count_answers(begun: &mut Vec<u8>, bytes: &[u8]) -> u32 {
-    let mut count = 0;
+/// The lines that end in `bytes`; `begun` holds the beginning of the line under way.
+fn lines(begun: &mut Vec<u8>, bytes: &[u8]) -> Vec<String> {
+    let mut ended = Vec::new();
     for byte in bytes {
-        if *byte != b'\n' {
-            begun.push(*byte);
-            continue;
+        match byte {
+            b'\n' => {
+                let line = std::mem::take(begun);
+                ended.push(String::from_utf8_lossy(&line).trim_end().to_owned());
+            }
+            byte => begun.push(*byte),
         }
-        count += u32::from(begun.starts_with(b"ok") || begun.starts_with(b"error:"));
-        begun.clear();
     }
-    count
+    ended
+}
+
+/// What the machine has said about its state: for pages that come later, too.
+#[derive(Default)]
+struct Heard {
+    /// `ALARM:1`, as long as the machine is locked.
+    alarm: String,
+    /// The text of the message that came with the state, such as `Reset to continue`.
+    message: String,
+    /// Whether the message has come since the last look at the state.
+    is_new: bool,
+    /// The state of the last look, without its phase.
+    state: &'static str,
+}
+
+impl Heard {
+    /// Notes a line of the machine's.
+    fn note(&mut self, line: &str) {
+        if line.starts_with("ALARM:") {
+            line.clone_into(&mut self.alarm);
+        }
+        if let Some(text) = line.strip_prefix("[MSG:") {
+            text.trim_end_matches(']').clone_into(&mut self.message);
+            self.is_new = true;
+        }
+    }
+
+    /// The alarm and the message that belong to a state.
+    fn in_force(&mut self, state: &'static str) -> [&str; 2] {
+        let name = state.split(':').next().unwrap_or(state);
+        if name != self.state && !self.is_new {
+            self.message.clear();
+        }
+        if name != "Alarm" {
+            self.alarm.clear();
+        }
+        (self.state, self.is_new) = (name, false);
+        [&self.alarm, &self.message]
+    }
 }
 
 /// The key that a page names by this number.
@@ -348,6 +397,7 @@ pub fn hello(profile: &Profile, channel: Option<usize>) -> Value {
         "second": second,
         "receive_buffer": profile.receive_buffer(),
         "channel": channel,
+        "faults": faults(),
     })
 }
 
@@ -410,5 +460,31 @@ mod tests {
         pages.wire(0, true, b"or:20\r\n[MSG:ok]\r\n");
         pages.wire(0, false, b"ok\n");
         assert_eq!(pages.answers, 3);
+    }
+
+    #[test]
+    fn an_alarm_is_told_while_it_lasts_and_a_message_while_its_state_does() {
+        let mut pages = Pages::new(None, 1, false);
+        pages.wire(0, true, b"[MSG:Tool 2: 0.8 mm, then ~]\r\n");
+        assert_eq!(
+            pages.heard.in_force("Hold:0"),
+            ["", "Tool 2: 0.8 mm, then ~"]
+        );
+        assert_eq!(
+            pages.heard.in_force("Hold:0"),
+            ["", "Tool 2: 0.8 mm, then ~"]
+        );
+        assert_eq!(pages.heard.in_force("Run"), ["", ""]);
+        pages.wire(0, true, b"ALARM:1\r\n[MSG:Reset to continue]\r\n");
+        assert_eq!(
+            pages.heard.in_force("Alarm"),
+            ["ALARM:1", "Reset to continue"]
+        );
+        pages.wire(0, true, b"[MSG:'$H'|'$X' to unlock]\r\n");
+        assert_eq!(
+            pages.heard.in_force("Alarm"),
+            ["ALARM:1", "'$H'|'$X' to unlock"]
+        );
+        assert_eq!(pages.heard.in_force("Idle"), ["", ""]);
     }
 }

@@ -1,7 +1,8 @@
 // @ts-check
 // The job: its text, what the check has found, how long it takes, how far it has come.
 
-import {by, duration, make, say} from "dom";
+import {by, make, say} from "dom";
+import {isUnderWay, words} from "life";
 import {Path} from "scene";
 
 /**
@@ -34,6 +35,8 @@ import {Path} from "scene";
  * @property {{line: number, seconds: number}[]} line_times
  */
 
+/** @typedef {import("life").Life} Life */
+
 /** Findings of one cause that are listed. */
 const LISTED = 5;
 
@@ -47,8 +50,12 @@ export class Job {
   checked = null;
   /** @type {Profile | null} */
   profile = null;
+  /** @type {Life} */
+  life = {at: "none"};
   /** Time up to the end of each line, s. */
   #until = new Float64Array();
+  /** How much of it is timed. */
+  #timed = "";
 
   /**
    * @param {string} name
@@ -61,8 +68,39 @@ export class Job {
     this.path.clear(0);
     this.forget();
     say(by("job-name"), name);
-    say(by("job-facts"), "checking …");
-    by("progress").hidden = true;
+    say(by("job-facts"), "");
+    this.enter({at: "none"});
+  }
+
+  /** Enters a part of its life. @param {Life} life */
+  enter(life) {
+    this.life = life;
+    this.#tell();
+  }
+
+  /** Ends it by a cause; what has ended stays as it is. @param {string} by @param {number} [line] */
+  stop(by, line) {
+    const life = this.life;
+    if (life.at === "running" || life.at === "waiting" || life.at === "held") this.enter({at: "stopped", by, line: line ?? life.line});
+  }
+
+  #tell() {
+    const {life} = this;
+    const bar = /** @type {HTMLProgressElement} */ (by("progress"));
+    const all = this.#until.at(-1) ?? 0;
+    let left = null;
+    bar.hidden = !isUnderWay(life);
+    if (life.at === "running" || life.at === "waiting" || life.at === "held") {
+      const done = all > 0 ? this.#until[Math.max(life.line - 1, 0)] / all : life.line / this.lines.length;
+      bar.value = done;
+      if (all > 0) left = (1 - done) * all;
+    }
+    say(by("job-time"), words(life, {lines: this.lines.length, left, errors: this.checked?.error_count ?? 0, seconds: this.profile?.job_seconds ?? null, timed: this.#timed}));
+  }
+
+  /** What is known to go wrong: the machine would run into its end. */
+  get dangers() {
+    return this.checked?.warnings.filter(({kind}) => kind === "outside_travel") ?? [];
   }
 
   /** Forgets what was found. */
@@ -72,7 +110,8 @@ export class Job {
     this.#until = new Float64Array();
     by("findings").replaceChildren();
     by("binds").hidden = true;
-    say(by("job-time"), "");
+    this.#timed = "";
+    this.#tell();
   }
 
   /**
@@ -88,7 +127,7 @@ export class Job {
     if (check.tools.length) facts.push(`tools ${check.tools.join(", ")}`);
     if (check.pauses.length) facts.push(plural(check.pauses.length, "pause"));
     say(by("job-facts"), facts.join(" · "));
-    if (!this.profile) say(by("job-time"), check.error_count ? plural(check.error_count, "error") : "timing …");
+    if (this.life.at === "dropped") this.enter({at: "checked"});
     /** @type {Map<number, "error" | "warning">} */
     const marks = new Map();
     const list = [];
@@ -104,7 +143,6 @@ export class Job {
   /** @param {Profile} profile */
   time(profile) {
     this.profile = profile;
-    say(by("job-time"), `takes ${duration(profile.job_seconds)}`);
     this.#until = new Float64Array(this.lines.length + 1);
     for (const {line, seconds} of profile.line_times) if (line < this.#until.length) this.#until[line] = seconds;
     for (let line = 1; line < this.#until.length; line++) this.#until[line] += this.#until[line - 1];
@@ -113,28 +151,13 @@ export class Job {
       make("td", {text: `${(one.share * 100).toFixed(1)} %`}), make("td", {text: one.held_by})]));
     by("binds").querySelector("tbody")?.replaceChildren(...rows);
     by("binds").hidden = rows.length === 0;
+    this.#tell();
   }
 
-  /**
-   * Shows how far the job has come.
-   * @param {number} line that runs, from 1; 0 where none does
-   * @param {boolean} isRunning
-   */
-  progress(line, isRunning) {
-    const bar = /** @type {HTMLProgressElement} */ (by("progress"));
-    if (!isRunning || line < 1) return;
-    bar.hidden = false;
-    const all = this.#until.at(-1) ?? 0;
-    const done = all > 0 ? this.#until[line - 1] / all : line / this.lines.length;
-    bar.value = done;
-    const left = all > 0 ? `, ${duration((1 - done) * all)} left` : "";
-    say(by("job-time"), `line ${line} of ${this.lines.length}${left}`);
-  }
-
-  /** @param {string} text how it ended */
-  end(text) {
-    by("progress").hidden = true;
-    say(by("job-time"), this.profile ? `${text}, ${duration(this.profile.job_seconds)} without pauses` : text);
+  /** How much of it is timed. @param {string} percent */
+  timing(percent) {
+    this.#timed = `${percent} %`;
+    this.#tell();
   }
 }
 

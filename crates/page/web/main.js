@@ -7,6 +7,7 @@ import {FROM, TO} from "frames";
 import {Job} from "job";
 import {Jog} from "jog";
 import {mark, marksOf} from "legend";
+import {alarmWords, isUnderWay, needsReset, pauseOf} from "life";
 import {Link} from "link";
 import {Console, Position, SettingsPanel, Switches, buildOverrides, showOverrides} from "panels";
 import {Program} from "program";
@@ -20,8 +21,9 @@ import {View} from "view";
 /** @typedef {import("state").Role} Role */
 
 const RESET = 0x18;
-/** The largest job that is taken, bytes. */
-const LARGEST = 200e6;
+/** The largest job that is taken: bytes, and lines. */
+const LARGEST = 32e6;
+const LONGEST = 1e6;
 
 const settings = new Settings();
 const job = new Job();
@@ -41,8 +43,7 @@ let role = {controls: false, senders: []};
 let state = null;
 /** Line of the job by the machine's number of it. @type {Map<number, number>} */
 const jobLines = new Map();
-/** Whether a job of this page is under way, and when it began, s. */
-let isWatchingRun = false;
+/** When the job of this page began, s. */
 let jobBegan = 0;
 let showsTravels = true;
 let hasFitted = false;
@@ -50,7 +51,7 @@ let hasFitted = false;
 let hasRun = false;
 /** What the picture shows. */
 let shownLast = "";
-/** Work zero where the job was checked. */
+/** Work zero and settings with which the job was checked. */
 let checkedAt = "";
 
 const view = new View(by("view"), () => markView());
@@ -83,9 +84,7 @@ const frames = {
     enable();
   },
   [FROM.PROFILE]: (bytes) => job.time(json(bytes)),
-  [FROM.PROGRESS]: (bytes) => {
-    if (job.checked && !sender.isRunning) say(by("job-time"), `timing … ${text(bytes)} %`);
-  },
+  [FROM.PROGRESS]: (bytes) => job.timing(text(bytes)),
   [FROM.SETTINGS]: (bytes) => {
     settings.load(json(bytes));
     settingsPanel.load(settings);
@@ -112,7 +111,7 @@ function opened(isOpen, why) {
   say(by("link"), why);
   say(by("state"), "not connected");
   by("state").dataset.kind = "bad";
-  if (sender.isRunning) job.end("the connection was lost");
+  job.stop("the loss of the connection");
   sender.reset();
   role = {controls: false, senders: []};
   enable();
@@ -123,7 +122,9 @@ function greet(now) {
   hello = now;
   say(by("machine-name"), now.name ? `leadscrew · ${now.name}` : "leadscrew");
   document.title = now.name ? `${now.name} · leadscrew` : "leadscrew";
+  job.stop("a restart of the machine");
   sender.reset();
+  jobLines.clear();
   sender.room = Math.max(now.receive_buffer - 1, 16);
   trace.clear(0);
   position.build(now.axes, (axis) => command(`G10L20P0${axis}0`));
@@ -139,7 +140,10 @@ function takeRole(now) {
   watching.hidden = now.controls;
   const who = now.senders.length ? `A sender has the machine (${now.senders.join("; ")}).` : "Another page has the machine.";
   say(watching, `${who} This page watches; Hold and Reset work.`);
-  if (!now.controls) sender.reset();
+  if (!now.controls) {
+    job.stop("another program");
+    sender.reset();
+  }
   enable();
 }
 
@@ -160,9 +164,17 @@ function wire(bytes) {
       if (isOwn) sender.answer(line, number + answers);
       else answeredSender(channel, number + answers);
     }
-    if (line.startsWith("Grbl ") && isOwn) sender.reset();
+    if (line.startsWith("Grbl ")) {
+      if (isOwn) job.stop("a reset");
+      if (isOwn) sender.reset();
+      jobLines.clear();
+    }
     if (!line.startsWith("<") && (line !== "ok" || !isOwn) && (isOwn || line !== "ok")) log.add(line, /^(error|ALARM)/.test(line) ? "bad" : "heard");
-    if (line.startsWith("ALARM:")) alarm(line);
+    if (line.startsWith("ALARM:")) {
+      // Where it is no matter of motion, the machine had come to the oldest line without an answer.
+      job.stop(line, Number(line.slice(6)) > 3 ? sender.oldest?.job : undefined);
+      sender.stop();
+    }
   });
 }
 
@@ -217,23 +229,11 @@ function answered(line, answer, number) {
   if (line.text.startsWith("$")) settingsPanel.restore(settings);
   if (!line.job) return;
   sender.stop();
-  job.end(`stopped at line ${line.job}: ${answer}`);
+  const words = hello?.faults[answer]?.[0];
+  job.stop(words ? `${answer} (${words})` : answer, line.job);
   program.mark(new Map([[line.job, "error"]]));
   program.show(line.job);
 }
-
-/** @param {string} line */
-function alarm(line) {
-  if (sender.isRunning) job.end(`stopped by ${line}`);
-  sender.stop();
-  say(by("alarm-text"), `${line}. ${ALARMS[line.slice(6)] ?? ""} Position may be lost: home, or unlock.`);
-}
-
-/** @type {Record<string, string>} */
-const ALARMS = {
-  1: "A limit switch was hit.", 2: "The move would leave the travel.", 3: "Reset while moving.", 4: "The probe was in the wrong state.", 5: "The probe did not touch.",
-  6: "Reset while homing.", 7: "The door was opened while homing.", 8: "The switch stayed closed after the pull-off.", 9: "No switch was found.", 10: "The second motor's switch was not found.",
-};
 
 /**
  * Sends a line; answers whether this page may.
@@ -262,19 +262,23 @@ function showState(now) {
   state = now;
   const box = by("state");
   say(box, now.name);
-  const kind = /^(Run|Jog|Home)/.test(now.name) ? "run" : /^(Hold|Door)/.test(now.name) ? "hold" : /^(Alarm|Sleep)/.test(now.name) ? "bad" : "idle";
+  const kind = /^(Run|Jog|Home)/.test(now.name) ? "run" : /^(Hold|Door|Tool)/.test(now.name) ? "hold" : /^(Alarm|Sleep)/.test(now.name) ? "bad" : "idle";
   if (box.dataset.kind !== kind) box.dataset.kind = kind;
-  by("alarm").hidden = !now.name.startsWith("Alarm");
-  if (now.name.startsWith("Alarm") && !by("alarm-text").textContent) say(by("alarm-text"), "The machine is locked: home it, or unlock it.");
-  if (!now.name.startsWith("Alarm") && before?.name.startsWith("Alarm")) say(by("alarm-text"), "");
+  by("alarm").hidden = now.name !== "Alarm";
+  if (now.name === "Alarm") say(by("alarm-text"), alarmWords(now, hello?.faults ?? {}, settings.value(22) !== 0));
+  by("unlock").hidden = needsReset(now);
+  by("alarm-reset").hidden = !needsReset(now);
+  const pause = pauseOf(now, sender.oldest?.text ?? "");
+  by("pause").hidden = pause === null;
+  say(by("pause"), pause ? `${pause.why[0].toUpperCase()}${pause.why.slice(1)}.` : "");
   position.show(now, settings.isLaser, settings.value(30));
   showOverrides(now);
   switches.show(now);
   if (chart.note(now)) chart.draw();
-  followJob(now);
-  if (before?.name !== now.name) enable();
-  // Where work zero has moved, soft limits may lie elsewhere.
-  if (now.name === "Idle" && job.checked && settings.hasSoftLimits && checkedAt !== now.offset.join()) check();
+  followJob(now, pause);
+  if (before?.name !== now.name || before.quiet !== now.quiet || before.message !== now.message) enable();
+  // The job lies elsewhere now, or the machine takes it otherwise.
+  if (now.name === "Idle" && now.quiet && job.checked && !isUnderWay(job.life) && checkedAt !== conditions()) check();
   show();
   if (!hasFitted && settings.byNumber.size) {
     hasFitted = true;
@@ -282,18 +286,30 @@ function showState(now) {
   }
 }
 
-/** @param {State} now */
-function followJob(now) {
+/** @param {State} now @param {import("life").Pause | null} pause */
+function followJob(now, pause) {
   const line = jobLines.get(now.running) ?? 0;
-  if (line) {
-    program.run(line);
-    job.progress(line, true);
+  const waits = pause && isUnderWay(job.life) ? sender.oldest?.job : 0;
+  if (waits || line) program.run(waits || line);
+  const life = job.life;
+  if (life.at !== "running" && life.at !== "waiting" && life.at !== "held") return;
+  const at = line || sender.oldest?.job || life.line;
+  if (now.name === "Alarm" || now.name === "Sleep") {
+    job.stop(now.alarm || now.name, now.name === "Sleep" ? sender.last : at);
+    sender.stop();
+  } else if (!sender.isRunning && /^(Idle|Check)$/.test(now.name) && now.quiet) {
+    job.enter({at: "done", seconds: now.seconds - jobBegan});
+  } else if (pause) {
+    job.enter({at: pause.kind, line: sender.oldest?.job ?? at, why: pause.why});
+  } else {
+    job.enter({at: "running", line: at});
   }
-  if (isWatchingRun && !sender.isRunning && now.name === "Idle" && now.queued === 0) {
-    isWatchingRun = false;
-    if (!/stopped|lost/.test(by("job-time").textContent ?? "")) job.end(`done in ${(now.seconds - jobBegan).toFixed(1)} s`);
-    enable();
-  }
+  if (!isUnderWay(job.life)) enable();
+}
+
+/** What the findings about a job depend on. */
+function conditions() {
+  return `${state?.offset.join()} ${settings.edition}`;
 }
 
 /** Draws the picture where something has changed. */
@@ -316,20 +332,44 @@ function enable() {
   const name = state?.name ?? "";
   for (const element of document.querySelectorAll(".drive")) /** @type {HTMLButtonElement} */ (element).disabled = !may;
   const hasErrors = (job.checked?.errors.length ?? 1) > 0;
-  /** @type {HTMLButtonElement} */ (by("run")).disabled = !may || name !== "Idle" || !job.checked || hasErrors || job.text === "";
+  const isFree = name === "Idle" && state?.quiet === true && !isUnderWay(job.life) && !sender.isRunning;
+  /** @type {HTMLButtonElement} */ (by("run")).disabled = !may || !isFree || !job.checked || hasErrors || job.text === "";
+  if (needsReset(state)) /** @type {HTMLButtonElement} */ (by("home")).disabled = true;
   /** @type {HTMLButtonElement} */ (by("check")).disabled = !link.isOpen || job.text === "";
   for (const id of ["hold", "reset"]) /** @type {HTMLButtonElement} */ (by(id)).disabled = !link.isOpen;
-  /** @type {HTMLButtonElement} */ (by("resume")).disabled = !may || !/^(Hold|Door)/.test(name);
+  /** @type {HTMLButtonElement} */ (by("resume")).disabled = !may || !/^(Hold|Door|Tool)/.test(name);
 }
 
 /** @param {File} file */
 async function open(file) {
-  if (isBusy() && isWatchingRun) return log.add("a job is running: reset it first", "note");
-  if (file.size > LARGEST) return log.add(`${file.name}: larger than 200 MB`, "bad");
+  if (isUnderWay(job.life)) return log.add("a job is under way: reset it first", "note");
+  if (file.size > LARGEST) return refuse(file.name, `${(file.size / 1e6).toFixed(0)} MB`);
   if (/\.toml$/i.test(file.name)) return change(new Uint8Array(await file.arrayBuffer()));
-  job.load(file.name, await file.text());
+  const text = await file.text();
+  const lines = countLines(text);
+  if (lines > LONGEST) return refuse(file.name, `${lines} lines`);
+  job.load(file.name, text);
   program.load(job.lines);
   check();
+}
+
+/** Refuses a job that is too large for a page. @param {string} name @param {string} size */
+function refuse(name, size) {
+  const words = `${name} has ${size}. A page takes ${LARGEST / 1e6} MB and ${LONGEST / 1e6} million lines at most: check it with \`leadscrew check\`, and send it with a sender.`;
+  job.load("", "");
+  program.load([]);
+  job.lines = [];
+  say(by("job-name"), "No job.");
+  say(by("job-facts"), words);
+  log.add(words, "bad");
+  enable();
+}
+
+/** @param {string} text */
+function countLines(text) {
+  let count = 1;
+  for (let at = text.indexOf("\n"); at >= 0; at = text.indexOf("\n", at + 1)) count++;
+  return count;
 }
 
 /** Changes the machine for that of a file. @param {Uint8Array} file */
@@ -344,18 +384,27 @@ function check() {
   job.forget();
   job.path.clear(0);
   drawLegend();
-  checkedAt = state?.offset.join() ?? "";
+  checkedAt = conditions();
   say(by("job-facts"), "checking …");
+  if (job.life.at !== "done" && job.life.at !== "stopped") job.enter({at: "dropped"});
   link.send(TO.JOB, `${job.name}\n${job.text}`);
   enable();
 }
 
+/** Runs the job; asks first where something is known to be wrong. */
 function run() {
+  const [first, ...more] = job.dangers;
+  if (!first) return start();
+  say(by("ask-text"), `Line ${first.line}: ${first.message}${more.length ? `, and ${more.length} more` : ""}. The machine would run into its end.`);
+  /** @type {HTMLDialogElement} */ (by("ask")).showModal();
+}
+
+function start() {
   trace.clear();
   link.send(TO.CLEAR);
   jobLines.clear();
   hasRun = true;
-  isWatchingRun = true;
+  job.enter({at: "running", line: 1});
   jobBegan = state?.seconds ?? 0;
   log.add(job.name, "sent");
   sender.run(job.lines);
@@ -363,7 +412,7 @@ function run() {
 }
 
 function reset() {
-  if (sender.isRunning) job.end("stopped by reset");
+  job.stop("a reset");
   sender.reset();
   press(RESET);
 }
@@ -401,7 +450,7 @@ function begin() {
   document.documentElement.dataset.theme = kept ?? (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
   /** @type {Record<string, () => void>} */
   const clicks = {
-    hold: () => press(0x21), resume: () => press(0x7e), reset, theme, run, check, home: () => command("$H"), unlock: () => command("$X"),
+    hold: () => press(0x21), resume: () => press(0x7e), reset, theme, run, check, home: () => command("$H"), unlock: () => command("$X"), "alarm-reset": reset, "ask-run": start,
     "zero-all": () => command("G10L20P0X0Y0"), "go-zero": () => command("G90G0X0Y0"),
     "view-top": () => look("top"), "view-3d": () => look("3d"), "view-front": () => look("front"), "view-fit": () => view.fit(), "view-machine": () => view.fitMachine(),
     "view-clear": () => {

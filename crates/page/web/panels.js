@@ -43,6 +43,7 @@ export class Position {
       say(row.machine, fixed(state.position[axis]));
       say(row.work, fixed(state.position[axis] - state.offset[axis]));
     });
+    showHeaters(state);
     say(by("feed"), state.feed.toFixed(0));
     say(by("queued"), state.queued.toFixed(1));
     say(by("power-name"), laser ? "Laser" : "Spindle");
@@ -50,6 +51,18 @@ export class Position {
     const power = laser ? `${(state.power * 100).toFixed(0)} %` : `${(state.power * fullPower).toFixed(0)} rpm`;
     say(by("power"), on ? power + (state.spindle === 2 && !laser ? " ccw" : "") : "off");
   }
+}
+
+/** Shows the temperatures: a figure for each heater. @param {State} state */
+function showHeaters({heaters}) {
+  const place = by("heaters");
+  if (place.childElementCount !== heaters.length) {
+    place.replaceChildren(...heaters.map(({name}) => make("div", {}, [make("dt", {text: name}), make("dd", {"data-heater": name})])));
+  }
+  heaters.forEach(({now, target}, index) => {
+    const figure = /** @type {HTMLElement} */ (place.children[index].lastChild);
+    say(figure, `${now.toFixed(1)} °C${target > 0 ? ` of ${target.toFixed(0)}` : ""}`);
+  });
 }
 
 /** @param {number} value */

@@ -37,8 +37,17 @@ export class Sender {
     return this.#next < this.#job.length || this.#sent.some((line) => line.job > 0);
   }
 
+  /** The oldest line of the job that has no answer: where the machine waits, if it does. @returns {Line | null} */
+  get oldest() {
+    return this.#sent.find((line) => line.job > 0) ?? null;
+  }
+
+  /** The line of the job that was answered last; 0 where none was. */
+  last = 0;
+
   /** @param {string[]} lines */
   run(lines) {
+    this.last = 0;
     this.#job = lines;
     this.#next = 0;
     this.#feed();
@@ -73,6 +82,7 @@ export class Sender {
     const line = this.#sent.shift();
     if (!line) return;
     this.#onTheWay -= line.text.length + 1;
+    if (line.job) this.last = line.job;
     this.ears.answered(line, answer, number);
     this.#feed();
   }

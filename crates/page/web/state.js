@@ -4,6 +4,10 @@
 /**
  * @typedef {object} State
  * @property {string} name as status reports spell it
+ * @property {boolean} quiet whether nothing is under way: no motion, no line, no wait
+ * @property {{name: string, now: number, target: number}[]} heaters Celsius
+ * @property {string} alarm `ALARM:1` while the machine is locked by it, else empty
+ * @property {string} message the message that came with the state, such as `Reset to continue`; else empty
  * @property {number[]} overrides feed, rapid, spindle: percent
  * @property {number} limits a bit for each motor whose limit switch is pressed
  * @property {number} switches bits: probe, door, hold, start, reset are pressed
@@ -31,6 +35,7 @@
  * @property {number} receive_buffer bytes
  * @property {boolean} normally_closed
  * @property {number} channel the page's own
+ * @property {Record<string, [string, string]>} faults for `error:20` and `ALARM:1`: the event, and the remedy
  */
 
 /**
@@ -59,7 +64,12 @@ export function readState(bytes) {
   const floats = (/** @type {number} */ at, /** @type {number} */ count) =>
     Array.from({length: count}, (_, i) => view.getFloat32(at + 4 * i, true));
   const axes = bytes[7];
+  const [report, alarm, message] = new TextDecoder().decode(bytes.subarray(48 + 8 * axes)).split("\n");
+  const [name, ...fields] = report.split("|");
   return {
+    name, alarm, message,
+    quiet: bytes[1] === 1,
+    heaters: heatersOf(fields),
     overrides: [bytes[2], bytes[3], bytes[4]],
     limits: bytes[5],
     switches: bytes[6],
@@ -75,17 +85,34 @@ export function readState(bytes) {
     coolant: bytes[45],
     position: floats(48, axes),
     offset: floats(48 + 4 * axes, axes),
-    name: new TextDecoder().decode(bytes.subarray(48 + 8 * axes)),
   };
+}
+
+/** Heaters by their letters in reports. @type {Record<string, string>} */
+const HEATERS = {N: "nozzle", B: "bed"};
+
+/**
+ * Heaters in the fields of a report: `Heat:N,85.2,200.0;B,60.0,60.0`.
+ * @param {string[]} fields
+ */
+function heatersOf(fields) {
+  const field = fields.find((one) => one.startsWith("Heat:"))?.slice(5) ?? "";
+  return field.split(";").filter(Boolean).map((one) => {
+    const [name, now, target] = one.split(",");
+    return {name: HEATERS[name] ?? name, now: Number(now), target: Number(target)};
+  });
 }
 
 /** The settings by number. */
 export class Settings {
   /** @type {Map<number, Setting>} */
   byNumber = new Map();
+  /** How often they have changed. */
+  edition = 0;
 
   /** @param {Setting[]} all */
   load(all) {
+    this.edition++;
     this.byNumber = new Map(all.map((one) => [one.number, one]));
   }
 

@@ -159,6 +159,7 @@ mod tests {
 
     fn machine() -> Snapshot {
         Snapshot {
+            own: String::new(),
             now: Cycle::from_micros(12_340_000),
             state: "Run",
             position: vec![1.5, -2.0, 0.0],

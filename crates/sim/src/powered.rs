@@ -79,6 +79,8 @@ pub struct Snapshot {
     pub now: Cycle,
     /// The state, as status reports spell it.
     pub state: &'static str,
+    /// The fields of extensions in status reports, such as `|T:2`.
+    pub own: String,
     /// Machine position, mm or degrees, axis by axis.
     pub position: Vec<f32>,
     /// Speed on the path, mm/min.
@@ -143,7 +145,8 @@ where
         let overrides = machine.overrides();
         Snapshot {
             now: self.now(),
-            state: machine.state().name(!levels.door),
+            state: machine.reported_state(!levels.door),
+            own: machine.own_fields().to_string(),
             position: machine.position().map(Coordinate::to_mm).to_vec(),
             feed: machine.speed() * 60.0,
             overrides: [overrides.feed, overrides.rapid, overrides.spindle],
