@@ -146,7 +146,7 @@ const ENDS = Object.entries({
   "sleep": {job: "G21 G90\nG1 X5 F3000\nG4 P0\n$SLP\n", act: () => {}, ends: "^stopped by Sleep at line 4$"},
   "check mode": {job: "G21 G90\n$C\nG1 X5 F3000\n", act: () => {}, ends: "^done in"},
   "a line that is refused": {
-    job: `G21 G90\nG1 X5 F3000\n${"G4 P0.3\nG1 X0\nG4 P0.3\nG1 X5\n".repeat(20)}`, ends: "^stopped by error:22 \\(.*\\) at line \\d+$",
+    job: `G21 G90\nG1 X1 F3000\n${"G4 P0.02\nG1 X0\nG4 P0.02\nG1 X1\n".repeat(400)}`, ends: "^stopped by error:22 \\(.*\\) at line \\d+$",
     act: async ({page}) => {
       await isState(page, "Run");
       await say(page, "G93");
