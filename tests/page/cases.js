@@ -695,7 +695,7 @@ export const cases = [
       const [inside, window] = await page.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
       assert.ok(inside <= window, `${inside} pixels in ${window}`);
       if (name.startsWith("phone")) {
-        const low = await page.evaluate(() => [...document.querySelectorAll("button")].filter((one) => one.offsetParent && one.offsetHeight < 36).map((one) => one.textContent));
+        const low = await page.evaluate(() => [...document.querySelectorAll("button")].filter((one) => one.offsetParent && one.offsetHeight < 44).map((one) => one.textContent));
         assert.deepEqual(low, [], "buttons too low for a finger");
       }
     },

@@ -27,7 +27,7 @@ export class Position {
     const rows = axes.map((axis) => {
       const [work, machine] = [make("td", {"data-axis": axis}), make("td")];
       this.#rows.push({work, machine});
-      const button = make("button", {class: "drive", text: "0", "aria-label": `Make this ${axis} zero`, onclick: () => zero(axis)});
+      const button = make("button", {class: "drive", text: `${axis}0`, "aria-label": `${axis}0: make this ${axis} zero`, onclick: () => zero(axis)});
       return make("tr", {}, [make("th", {scope: "row", text: axis}), work, machine, make("td", {}, [button])]);
     });
     by("axes").querySelector("tbody")?.replaceChildren(...rows);
