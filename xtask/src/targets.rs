@@ -6,14 +6,25 @@ use crate::{
 };
 use std::{path::Path, process::Command};
 
-/// The targets that the libraries are checked for, each chosen for a feature that it has or lacks.
-const TARGETS: [&str; 3] = [
+/// The targets that the libraries are checked for, each chosen for a feature that it has or lacks,
+/// with the features of the topmost library that it needs.
+const TARGETS: [(&str, &[&str]); 7] = [
     // Cortex-M0: no compare-and-swap, no floating point.
-    "thumbv6m-none-eabi",
-    // Another architecture.
-    "riscv32imac-unknown-none-elf",
-    BROWSER,
+    ("thumbv6m-none-eabi", &[]),
+    // Cortex-M23 and M33.
+    ("thumbv8m.base-none-eabi", &[]),
+    ("thumbv8m.main-none-eabihf", &[]),
+    // Another architecture: ESP32-C6.
+    ("riscv32imac-unknown-none-elf", &[]),
+    // The same without compare-and-swap: ESP32-C3 and C2, CH32V.
+    ("riscv32imc-unknown-none-elf", SINGLE_CORE),
+    // The same without multiplication.
+    ("riscv32i-unknown-none-elf", SINGLE_CORE),
+    (BROWSER, &[]),
 ];
+
+/// The feature for a processor of one core that has no compare-and-swap.
+const SINGLE_CORE: &[&str] = &["--features", "single-core"];
 
 /// The topmost library, which depends on the others.
 const LIBRARY: &str = "leadscrew-machine";
@@ -24,20 +35,24 @@ const SIMULATOR: &str = "leadscrew-wasm";
 
 /// Checks every target.
 pub(crate) fn run() -> Result<(), Failure> {
-    for target in TARGETS {
-        check(LIBRARY, target, Toolchain::cargo)?;
+    for (target, features) in TARGETS {
+        check(LIBRARY, target, features, Toolchain::cargo)?;
     }
-    check(SIMULATOR, BROWSER, Toolchain::cargo_with_std)
+    check(SIMULATOR, BROWSER, &[], Toolchain::cargo_with_std)
 }
 
 fn check(
     library: &str,
     target: &str,
+    features: &[&str],
     cargo: fn(&Toolchain, &str, &str, &Path) -> Result<Command, Failure>,
 ) -> Result<(), Failure> {
     eprintln!("{library} for {target}");
     let toolchain = Toolchain::find_for(target)?;
     let mut check = cargo(&toolchain, "check", target, &toolchain::target_dir())?;
-    check.args(["-p", library]).current_dir(toolchain::root());
+    check
+        .args(["-p", library])
+        .args(features)
+        .current_dir(toolchain::root());
     shell::run(&mut check)
 }
