@@ -249,11 +249,11 @@ mod tests {
             );
         }
         let only_instructions = |art: &mut Art| art.reset(FORGET_INSTRUCTIONS);
-        assert_eq!(uses(only_instructions, 0x0800_0100, all.clone()).0, true);
+        assert!(uses(only_instructions, 0x0800_0100, all.clone()).0);
         let full = |art: &mut Art| {
             (1..9).for_each(|line| _ = art.read(0x0801_0000 + 16 * line, FIVE | DATA));
         };
-        assert_eq!(uses(full, 0x0800_0100, all).0, false);
+        assert!(!uses(full, 0x0800_0100, all).0);
     }
 
     #[test]
