@@ -33,6 +33,12 @@ const fn build(name: &'static str, variables: &'static [(&'static str, &'static 
 
 const FAST: (&str, &str) = ("LEADSCREW_BAUD", "2000000");
 
+/// A Discovery with every output turned round, and a machine that uses them all.
+const INVERTED: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../tests/firmware/every_output.toml"
+);
+
 /// Six axes on a Discovery.
 const SIX_AXES: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
@@ -43,7 +49,7 @@ const SIX_AXES: &str = concat!(
 const WITHOUT_PINS: (&str, &str) = (fw::RECORD, "1");
 
 /// All images.
-const BUILDS: [Build; 21] = [
+const BUILDS: [Build; 22] = [
     // Ticks may be 2 µs apart, which is 500 000 steps/s.
     build("uncapped", &[FAST, ("LEADSCREW_TICK_NS", "1400")]),
     build("octopus", &[(BOARD, "octopus")]),
@@ -66,6 +72,7 @@ const BUILDS: [Build; 21] = [
     build("machine-file-002", &[machine!("002")]),
     build("machine-file-003", &[machine!("003")]),
     build("machine-file-004", &[machine!("004")]),
+    build("inverted", &[(fw::MACHINE, INVERTED)]),
     build("fast", &[FAST]),
     build(
         "machine-003",

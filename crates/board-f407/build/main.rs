@@ -116,6 +116,9 @@ fn board(machine: Option<&Machine>) -> Result<Board, Box<dyn Error>> {
         println!("cargo:rerun-if-changed={}", folder.join(&asked).display());
     }
     let board = Board::find(&asked, folder)?;
+    for warning in board.warnings() {
+        println!("cargo:warning={asked}: {warning}");
+    }
     let findings: Vec<String> = board
         .check()
         .iter()

@@ -1,5 +1,6 @@
 //! The board under the machine: slow pins and serial output.
-use crate::{clock, profile, pwm, serial, step_port, switches};
+use crate::{clock, profile, pwm, restart::LastEnd, serial, step_port, switches};
+use core::fmt::{self, Write};
 use leadscrew_f407_usb as usb;
 use leadscrew_machine::board::{
     Board, ChannelId, CoolantOutput, Duration, Instant, PortConfig, SpindleOutput, Switches,
@@ -21,8 +22,8 @@ pub(crate) struct F407 {
     /// The level of the enable pins at which the motors are off: `$4`.
     motors_off: bool,
     power: pwm::Channel,
-    /// Why the machine must not move, if there is a reason.
-    #[cfg(record)]
+    /// Why the machine must not move, if there is a reason. Then no pin is driven but the serial
+    /// line's and those that have their safe levels.
     locked: Option<&'static str>,
     /// The part of a new record that has come over a line.
     #[cfg(record)]
@@ -37,7 +38,6 @@ impl F407 {
             usb,
             motors_off: true,
             power: pwm::Channel::new(),
-            #[cfg(record)]
             locked: None,
             #[cfg(record)]
             incoming: Incoming::new(),
@@ -45,25 +45,29 @@ impl F407 {
     }
 
     /// Keeps the machine from moving, if `why` has a reason.
-    #[cfg(record)]
     pub(crate) fn lock(&mut self, why: Option<&'static str>) {
         self.locked = why;
     }
-
-    /// Does nothing: a board whose pins are compiled in is never locked.
-    #[cfg(not(record))]
-    pub(crate) fn lock(&mut self, _: Option<&'static str>) {}
 }
 
 impl F407 {
     /// Sends the operator a message, before the machine's first message. Start-up.
-    pub(crate) fn say(&mut self, text: Option<&str>) {
+    pub(crate) fn say(&mut self, text: Option<impl fmt::Display>) {
         if let Some(text) = text {
-            for part in ["[MSG:", text, "]\r\n"] {
-                self.serial.say(part.as_bytes());
-                self.write(ChannelId(1), part.as_bytes());
-            }
+            // It never fails: what finds no room is lost.
+            let _ = write!(Said(self), "[MSG:{text}]\r\n");
         }
+    }
+}
+
+/// Both ends of a message.
+struct Said<'a>(&'a mut F407);
+
+impl fmt::Write for Said<'_> {
+    fn write_str(&mut self, part: &str) -> fmt::Result {
+        self.0.serial.say(part.as_bytes());
+        self.0.write(ChannelId(1), part.as_bytes());
+        Ok(())
     }
 }
 
@@ -91,6 +95,9 @@ impl Board for F407 {
     }
 
     fn enable_motors(&mut self, on: bool) {
+        if self.locked.is_some() {
+            return;
+        }
         for pin in profile::enables() {
             pin.make_output(on != self.motors_off);
         }
@@ -141,12 +148,18 @@ impl Board for F407 {
         }
     }
 
-    #[cfg(record)]
     fn locked(&self) -> Option<&'static str> {
         self.locked
     }
 
+    fn last_end(&self) -> Option<&dyn fmt::Display> {
+        LastEnd::known().map(|end| end as &dyn fmt::Display)
+    }
+
     fn configure(&mut self, port: &PortConfig) {
+        if self.locked.is_some() {
+            return;
+        }
         self.motors_off = !port.enable_invert;
         switches::set_filter(port.filter_us);
         step_port::configure(port);

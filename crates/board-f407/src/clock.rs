@@ -4,7 +4,11 @@
 //! an interrupt sets the core's event register, so that WFE does not sleep if an interrupt came
 //! after the look at the flag (DDI 0403 section B1.5.18). The step interrupt wakes the core as
 //! well, but the main loop goes on sleeping unless that interrupt has called [`wake`].
-use crate::{profile, registers::clock_timer};
+use crate::{
+    profile,
+    registers::{clock_timer, pulse_timer, Word},
+};
+use core::fmt;
 use core::sync::atomic::{compiler_fence, AtomicBool, Ordering};
 use leadscrew_machine::board::Instant;
 use stm32f4::stm32f407::{rcc, PWR, RCC, TIM5};
@@ -32,15 +36,23 @@ pub(crate) enum Source {
     /// The internal oscillator, within 1 % at room temperature: the crystal did not start. Too
     /// inexact for USB.
     Internal,
+    /// The same: the crystal has about this many MHz, and the board's file says another number.
+    /// With it every time would be wrong, and the chip might be faster than it can.
+    WrongCrystal(u32),
 }
 
-impl Source {
-    /// The operator's message.
-    pub(crate) const fn text(self) -> Option<&'static str> {
+/// The operator's message; empty where the crystal is the source.
+impl fmt::Display for Source {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Crystal => None,
-            Self::Internal => Some("the crystal does not start: times are exact to 1 %, no USB"),
+            Self::Crystal => return Ok(()),
+            Self::Internal => f.write_str("the crystal does not start")?,
+            Self::WrongCrystal(mhz) => {
+                let said = profile::crystal_hz() / 1_000_000;
+                write!(f, "the crystal has {mhz} MHz, the board's file says {said}")?;
+            }
         }
+        f.write_str(": times are exact to 1 %, no USB")
     }
 }
 
@@ -52,7 +64,7 @@ pub(crate) fn start(rcc: RCC, power: &PWR) -> (Rcc, Source) {
     let source = find_source(&rcc);
     let config = match source {
         Source::Crystal => Config::hse(Hertz::from_raw(profile::crystal_hz())).require_pll48clk(),
-        Source::Internal => Config::hsi(),
+        Source::Internal | Source::WrongCrystal(_) => Config::hsi(),
     };
     let rcc = rcc.freeze(
         config
@@ -76,13 +88,16 @@ pub(crate) fn switch_on(rcc: &rcc::RegisterBlock, enable: impl FnOnce(&rcc::Regi
     cortex_m::asm::dsb();
 }
 
-/// Runs the chip from the internal oscillator, with the PLL off. A bootloader may have set the
-/// clocks up in its own way, and the PLL must be off to be set up again.
+/// Runs the chip and its timers from the internal oscillator, undivided, with the PLL off. A
+/// bootloader may have set the clocks up in its own way, and only a PLL that is off can be set up.
 fn use_internal_oscillator(rcc: &RCC) {
     rcc.cr().modify(|_, w| w.hsion().on());
     while rcc.cr().read().hsirdy().is_not_ready() {}
     rcc.cfgr().modify(|_, w| w.sw().hsi());
     while !rcc.cfgr().read().sws().is_hsi() {}
+    // HPRE, PPRE1, PPRE2.
+    rcc.cfgr()
+        .change(|bits| bits & !(0b1111 << 4 | 0b111 << 10 | 0b111 << 13));
     rcc.cr().modify(|_, w| w.pllon().off());
     while rcc.cr().read().pllrdy().is_ready() {}
 }
@@ -93,12 +108,72 @@ fn find_source(rcc: &RCC) -> Source {
         return Source::Internal;
     }
     rcc.cr().modify(|_, w| w.hseon().on());
-    if (0..PATIENCE).any(|_| rcc.cr().read().hserdy().is_ready()) {
-        Source::Crystal
+    let source = if (0..PATIENCE).any(|_| rcc.cr().read().hserdy().is_ready()) {
+        judge(measure(rcc), profile::crystal_hz())
     } else {
-        rcc.cr().modify(|_, w| w.hseon().off());
         Source::Internal
+    };
+    if source != Source::Crystal {
+        rcc.cr().modify(|_, w| w.hseon().off());
     }
+    source
+}
+
+/// The source, if the crystal has the measured frequency and should have another, Hz. The internal
+/// oscillator is up to 8 % off over all temperatures (data sheet, table 41). Without a measurement
+/// the board's file counts.
+fn judge(measured: Option<u32>, said: u32) -> Source {
+    match measured {
+        Some(hz) if hz.abs_diff(said) > said / 8 => {
+            Source::WrongCrystal((hz + 500_000) / 1_000_000)
+        }
+        _ => Source::Crystal,
+    }
+}
+
+/// Measures the crystal against the internal oscillator, which runs the chip, Hz. TIM11 can capture
+/// the edges of the crystal's clock for the RTC (RM0090 sections 7.2.11 and 19.5.11). `None` where
+/// there are no edges.
+fn measure(rcc: &RCC) -> Option<u32> {
+    /// RCC_CFGR.RTCPRE: the crystal is divided by this.
+    const DIVIDER: u32 = 31;
+    /// Edges from one capture to the next.
+    const EDGES: u32 = 8;
+    /// Captures that are waited for after the first whole one.
+    const CAPTURES: u32 = 4;
+    const INTERNAL_HZ: u32 = 16_000_000;
+    rcc.cfgr()
+        .change(|bits| bits & !(0b11111 << 16) | DIVIDER << 16);
+    let timer = pulse_timer();
+    timer.or().put(0b10);
+    timer.arr().write(|w| w.arr().set(u16::MAX));
+    timer.ccmr1_input().put(0b1101);
+    timer.ccer().put(1);
+    timer.egr().write(|w| w.ug().update());
+    timer.cr1().write(|w| w.cen().enabled());
+    let capture = || {
+        let mut looks = 0..10_000;
+        looks
+            .any(|_| timer.sr().read().cc1if().bit_is_set())
+            .then(|| timer.ccr1().read().ccr().bits())
+    };
+    let passed = || {
+        capture()?;
+        let first = capture()?;
+        let last = (0..CAPTURES).try_fold(first, |_, _| capture())?;
+        Some(last.wrapping_sub(first))
+    };
+    let passed = passed();
+    // As pulses expect it: stopped at 0, without a flag.
+    timer.cr1().write(|w| w);
+    timer.ccer().put(0);
+    timer.ccmr1_input().put(0);
+    timer.or().put(0);
+    timer.egr().write(|w| w.ug().update());
+    timer.sr().write(|w| w);
+    rcc.cfgr().change(|bits| bits & !(0b11111 << 16));
+    const PER_COUNT: u32 = INTERNAL_HZ / 1_000 * DIVIDER * EDGES * CAPTURES;
+    (PER_COUNT / u32::from(passed?)).checked_mul(1_000)
 }
 
 /// Microseconds since power-up, and the main loop's alarm clock: TIM5 (RM0090 chapter 18).

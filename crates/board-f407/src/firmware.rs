@@ -1,10 +1,11 @@
 //! Puts the machine on the board: start-up, the calls of each interrupt, and the main loop.
 use crate::{
     board::F407,
+    chip,
     clock::{self, Clock, Source},
     fast_memory,
     profile::{self, config, kinematics, own, Kinematics, Own, AXES, MOTORS, MOVES},
-    pwm, restart,
+    pwm, registers, restart,
     serial::{self, Listener, Sender, Writer},
     settings_flash::Sectors,
     step_interrupt::{self, SHARED},
@@ -75,9 +76,10 @@ impl Start {
 
     /// Tells senders of a clock that is not the crystal, and of a restart that nobody asked for.
     fn say(&self, board: &mut F407) {
-        let source = self.source.text();
-        board.say(source.filter(|_| profile::crystal_hz() != 0));
+        let told = self.source != Source::Crystal && profile::crystal_hz() != 0;
+        board.say(told.then_some(self.source));
         board.say(self.reason.text());
+        board.say(self.reason.place());
     }
 }
 
@@ -134,12 +136,15 @@ mod app {
     ])]
     fn init(cx: init::Context) -> (SharedResources, Local) {
         let (device, mut core) = (cx.device, cx.core);
-        let refusal = profile::find();
+        let refusal = chip::refusal(&device.DBGMCU).or_else(profile::find);
         serial::enable(&device.RCC);
         switch_on_clocks(&device.RCC);
         fast_memory::load(&device.SYSCFG, &mut core.SCB);
         let (rcc, start) = Start::new(device.RCC, &device.PWR, &device.EXTI);
         pwm::start(&rcc);
+        if refusal.is_none() {
+            pwm::take_pin();
+        }
         let filter = Filter::new(device.EXTI, &device.SYSCFG);
         INPUTS.on_switches(&switches::switches(), &SHARED);
 
@@ -149,7 +154,7 @@ mod app {
         let (usb_outgoing, usb_sending) = cx.local.usb_outgoing.split();
         // In the order of the channels, as in `F407::write`. The internal oscillator is too inexact
         // for USB.
-        let has_usb = start.source == Source::Crystal;
+        let has_usb = start.source == Source::Crystal && refusal.is_none();
         let inboxes = iter::once(inbox).chain(has_usb.then_some(usb_inbox));
         let links = Links {
             moves: cx.local.moves,
@@ -175,11 +180,12 @@ mod app {
         let listener = Listener::new(device.TIM7, receiver);
         serial::start();
         let (global, rest) = (device.OTG_FS_GLOBAL, device.OTG_FS_DEVICE);
-        let registers = (global, rest, device.OTG_FS_PWRCLK);
+        let controller = (global, rest, device.OTG_FS_PWRCLK);
         let usb = has_usb.then(|| {
             profile::give_usb_its_pins();
             let place = cx.local.usb_place;
-            place.start(registers, clock::CPU_HZ, usb_receiver, usb_sending)
+            let unique = registers::unique_number();
+            place.start(controller, clock::CPU_HZ, unique, usb_receiver, usb_sending)
         });
         step_interrupt::start(&mut core.NVIC, (device.TIM2, device.TIM11), segments);
         let local = Local {

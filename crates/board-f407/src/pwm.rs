@@ -8,11 +8,12 @@
 //! | 10 kHz | 8400 | 16800 |
 //! | 100 kHz | 840 | 1680 |
 //!
-//! Off is a forced level of the channel. It takes effect at once, whatever the compare value is. A
-//! new level takes effect at once as well, since the compare register has no preload. With preload,
-//! a pixel that is shorter than a period would get the level of the pixel before. The manual
-//! guarantees PWM without preload in one-pulse mode only (section 18.4.7, OC1PE). On a chip that
-//! behaves otherwise a level comes a period late at most.
+//! Off is a forced level of the channel: low, or high if the board's file says that low is on
+//! (`active = "low"`). Then the channel's polarity turns all levels round. Off takes effect at once,
+//! whatever the compare value is. A new level takes effect at once as well, since the compare
+//! register has no preload. With preload, a pixel that is shorter than a period would get the level
+//! of the pixel before. The manual guarantees PWM without preload in one-pulse mode only (section
+//! 18.4.7, OC1PE). On a chip that behaves otherwise a level comes a period late at most.
 //!
 //! A board has one such channel (`wired`, `recorded`).
 #[cfg(record)]
@@ -73,7 +74,7 @@ const fn period(cycles: u32) -> u16 {
     (cycles / prescaler(cycles)) as u16
 }
 
-/// Starts the timer with the output off, and hands it the pin.
+/// Starts the timer with the output off.
 pub(crate) fn start(rcc: &RCC) {
     let (kind, number) = Channel::place();
     kind.enable(rcc);
@@ -84,15 +85,27 @@ pub(crate) fn start(rcc: &RCC) {
         .write(|w| w.psc().set((prescaler(cycles) - 1) as u16));
     timer.arr().write(|w| w.arr().set(period(cycles) - 1));
     Channel::new().begin(Mode::Off);
-    // The channel's enable bit, active high.
-    timer.ccer().put(1 << (4 * number));
+    let output = Channel::output();
+    let inverted = output.is_some_and(|(output, _)| !output.active_high);
+    // The channel's enable bit and its polarity.
+    timer
+        .ccer()
+        .put((1 | u32::from(inverted) << 1) << (4 * number));
     timer.egr().write(|w| w.ug().update());
     if matches!(kind, Timer::Tim1 | Timer::Tim8) {
         timer.bdtr().write(|w| w.moe().enabled());
     }
     timer.cr1().write(|w| w.cen().enabled().arpe().enabled());
-    if let Some((pin, function)) = Channel::pin() {
-        pin.make_alternate(function, Pull::Down);
+}
+
+/// Hands the pin to the timer, whose output is off. After [`start`].
+pub(crate) fn take_pin() {
+    if let Some((output, function)) = Channel::output() {
+        let pull = match output.active_high {
+            true => Pull::Down,
+            false => Pull::Up,
+        };
+        output.pin.make_alternate(function, pull);
     }
 }
 
@@ -102,15 +115,15 @@ enum Mode {
     /// The output keeps its level. PWM that begins from this mode compares with the count at once.
     /// PWM that begins from another mode waits until the count comes to the compare value or to 0.
     Frozen = 0b000,
-    /// Forced low.
+    /// Forced to the level at which nothing is on.
     Off = 0b100,
-    /// PWM mode 1: high while the count is below the compare value.
+    /// PWM mode 1: on while the count is below the compare value.
     Pwm = 0b110,
 }
 
 placed! { ".bss.ccm.lit";
     /// 1 while the channel makes PWM, else 0: a byte, which a tick compares as it is. It is cleared
-    /// before the output is forced low. Code that begins PWM looks at it again afterwards: if an
+    /// before the output is forced off. Code that begins PWM looks at it again afterwards: if an
     /// interrupt has switched the power off in between, the power stays off.
     static LIT: AtomicU8 = AtomicU8::new(0);
 }
@@ -155,7 +168,7 @@ impl Channel {
         }
     }
 
-    /// Lets PWM begin at once, from an output that is forced low.
+    /// Lets PWM begin at once, from an output that is forced off.
     fn light(&self) {
         self.begin(Mode::Frozen);
         self.begin(Mode::Pwm);

@@ -13,8 +13,8 @@ use core::{
 };
 use stm32f4::{
     stm32f407::{
-        dma2, exti, flash, gpioi, iwdg, syscfg, tim1, tim11, tim2, tim5, usart1, DMA1, DMA2, FLASH,
-        GPIOA, IWDG, TIM11, TIM2, TIM5, USART1, USART2,
+        dma2, exti, flash, gpioi, iwdg, rcc, syscfg, tim1, tim11, tim2, tim5, usart1, DMA1, DMA2,
+        FLASH, GPIOA, IWDG, TIM11, TIM2, TIM5, USART1, USART2,
     },
     Readable, Reg, RegisterSpec, Resettable, Writable,
 };
@@ -57,6 +57,11 @@ impl Harmless for tim1::ccmr1_output::CCMR1_OUTPUTrs {}
 impl Harmless for tim1::ccmr2_output::CCMR2_OUTPUTrs {}
 impl Harmless for tim1::ccer::CCERrs {}
 impl Harmless for usart1::brr::BRRrs {}
+// The measurement of the crystal (19.5), and the dividers of clocks (7.3.3).
+impl Harmless for tim11::or::ORrs {}
+impl Harmless for tim11::ccmr1_input::CCMR1_INPUTrs {}
+impl Harmless for tim11::ccer::CCERrs {}
+impl Harmless for rcc::cfgr::CFGRrs {}
 // The converter's sampling times and sequence (13.13.4, 13.13.5, 13.13.12).
 #[cfg(heaters)]
 impl Harmless for adc1::smpr1::SMPR1rs {}
@@ -233,6 +238,13 @@ pub(crate) fn read_flash(start: usize, bytes: &mut [u8]) {
             0xFF
         };
     }
+}
+
+/// The chip's unique number (RM0090 section 39.1).
+pub(crate) fn unique_number() -> [u32; 3] {
+    const PLACE: *const [u32; 3] = 0x1FFF_7A10 as _;
+    // SAFETY: read-only memory of every chip, aligned.
+    unsafe { PLACE.read_volatile() }
 }
 
 /// The independent watchdog.

@@ -1,5 +1,5 @@
-//! Events that end the program. The outputs are made safe, the reason is noted, and the chip is
-//! reset. The next boot tells the operator the reason.
+//! Events that end the program. The outputs are made safe, the reason and the place are noted, and
+//! the chip is reset. The next boot tells the operator both, and `$I` does until power goes off.
 //!
 //! | event | comes as | source |
 //! |---|---|---|
@@ -14,8 +14,9 @@
 use crate::safe_state;
 use core::{
     arch::global_asm,
+    fmt::{self, Write},
     panic::PanicInfo,
-    sync::atomic::{AtomicU32, Ordering::Relaxed},
+    sync::atomic::{AtomicU32, AtomicU8, Ordering::Relaxed},
 };
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::exception;
@@ -48,53 +49,165 @@ impl Reason {
         }
     }
 
-    /// The number that stands for the reason in [`NOTE`]. Memory is unlikely to hold this number
-    /// after power-up.
+    /// The number that stands for the reason in [`NOTE`] until the operator has been told. Memory
+    /// is unlikely to hold this number after power-up.
     const fn note(self) -> u32 {
         0x1EAD_5C00 | self as u32
     }
+
+    /// The number that stands for a reason that the operator has been told.
+    const fn told(self) -> u32 {
+        0x1EAD_5D00 | self as u32
+    }
 }
 
-/// The reason of the reset to come. Start-up does not clear its section.
+/// The reasons that a message tells.
+const ALL: [Reason; 6] = [
+    Reason::Watchdog,
+    Reason::Panic,
+    Reason::Fault,
+    Reason::StackOverflow,
+    Reason::ClockFailure,
+    Reason::SupplyLow,
+];
+
+/// What a program leaves when it ends: 40 bytes, which a reset leaves alone.
+struct Note {
+    /// [`Reason::note`] or [`Reason::told`]; anything else where nothing has ended.
+    reason: AtomicU32,
+    /// Of a panic: the line. Of a fault: the instruction, the place from which its function was
+    /// called, and the core's configurable fault status (DDI 0403 section B3.2.15).
+    words: [AtomicU32; 3],
+    /// Of a panic: the end of the file's name; zeros behind it.
+    file: [AtomicU8; FILE],
+}
+
+/// Bytes of a file's name.
+const FILE: usize = 24;
+
+/// The end of the program to come. Start-up does not clear its section.
 #[link_section = ".uninit.restart"]
-static NOTE: AtomicU32 = AtomicU32::new(0);
+static NOTE: Note = Note {
+    reason: AtomicU32::new(0),
+    words: [const { AtomicU32::new(0) }; 3],
+    file: [const { AtomicU8::new(0) }; FILE],
+};
+
+impl Note {
+    fn write(&self, reason: u32, words: [u32; 3], file: &str) {
+        self.reason.store(reason, Relaxed);
+        for (place, word) in self.words.iter().zip(words) {
+            place.store(word, Relaxed);
+        }
+        let file = file.as_bytes();
+        let tail = file.get(file.len().saturating_sub(FILE)..);
+        let mut tail = tail.unwrap_or_default().iter();
+        for place in &self.file {
+            place.store(tail.next().copied().unwrap_or(0), Relaxed);
+        }
+    }
+}
+
+/// Where the program ended, for people: nothing for other reasons than a panic or a fault.
+pub(crate) struct Place(Reason);
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [first, caller, status] = [0, 1, 2].map(|word: usize| NOTE.words[word].load(Relaxed));
+        match self.0 {
+            Reason::Panic => {
+                let bytes = NOTE.file.iter().map(|byte| byte.load(Relaxed));
+                for byte in bytes.filter(|byte| matches!(byte, b' '..=b'~')) {
+                    f.write_char(byte.into())?;
+                }
+                write!(f, " line {first}")
+            }
+            Reason::Fault => write!(
+                f,
+                "{first:#010x}, called from {caller:#010x}, status {status:#010x}"
+            ),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Reason {
+    /// Where the program ended, if that is known. Not before [`reason`].
+    pub(crate) fn place(self) -> Option<Place> {
+        matches!(self, Self::Panic | Self::Fault).then_some(Place(self))
+    }
+}
+
+/// The last end of the program, for people. Not before [`reason`].
+pub(crate) struct LastEnd;
+
+impl LastEnd {
+    fn reason() -> Option<Reason> {
+        let note = NOTE.reason.load(Relaxed);
+        ALL.into_iter().find(|reason| reason.told() == note)
+    }
+
+    /// The last end, unless the program has never ended by itself since power came on.
+    pub(crate) fn known() -> Option<&'static Self> {
+        Self::reason().map(|_| &LastEnd)
+    }
+}
+
+impl fmt::Display for LastEnd {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let reason = Self::reason();
+        f.write_str(reason.and_then(Reason::text).unwrap_or_default())?;
+        match reason.and_then(Reason::place) {
+            Some(place) => write!(f, ", {place}"),
+            None => Ok(()),
+        }
+    }
+}
 
 /// Makes the outputs safe and resets the chip.
 pub(crate) fn because(reason: Reason) -> ! {
     safe_state::enter();
-    NOTE.store(reason.note(), Relaxed);
+    end(reason, [0; 3], "")
+}
+
+/// Notes the end and resets the chip.
+fn end(reason: Reason, words: [u32; 3], file: &str) -> ! {
+    NOTE.write(reason.note(), words, file);
     SCB::sys_reset()
 }
 
-/// Why the chip was reset. This clears the chip's flags and the note: a second call would find
-/// nothing. Once, at start-up.
+/// Why the chip was reset. This clears the chip's flags, and marks the note as told: a second call
+/// would find nothing. Once, at start-up.
 pub(crate) fn reason(rcc: &RCC) -> Reason {
     let flags = rcc.csr().read();
     rcc.csr().modify(|_, w| w.rmvf().set_bit());
-    let note = NOTE.swap(0, Relaxed);
-    let noted = [
-        Reason::Panic,
-        Reason::Fault,
-        Reason::StackOverflow,
-        Reason::ClockFailure,
-        Reason::SupplyLow,
-    ];
+    let note = NOTE.reason.load(Relaxed);
     let power_up = flags.porrstf().bit_is_set();
-    if flags.wdgrstf().bit_is_set() {
+    let reason = if flags.wdgrstf().bit_is_set() {
         Reason::Watchdog
     } else if flags.borrstf().bit_is_set() && !power_up {
         Reason::SupplyLow
     } else if flags.sftrstf().bit_is_set() {
-        let known = noted.into_iter().find(|reason| reason.note() == note);
+        let known = ALL.into_iter().find(|reason| reason.note() == note);
         known.unwrap_or(Reason::Ordinary)
     } else {
         Reason::Ordinary
+    };
+    if reason != Reason::Ordinary {
+        NOTE.reason.store(reason.told(), Relaxed);
+    } else if power_up {
+        NOTE.reason.store(0, Relaxed);
     }
+    reason
 }
 
 #[panic_handler]
-fn panic(_: &PanicInfo<'_>) -> ! {
-    because(Reason::Panic)
+fn panic(info: &PanicInfo<'_>) -> ! {
+    safe_state::enter();
+    let (file, line) = info
+        .location()
+        .map_or(("", 0), |place| (place.file(), place.line()));
+    end(Reason::Panic, [line, 0, 0], file)
 }
 
 // The stack pointer itself may be wrong, so it is set to the top of the stack before anything is
@@ -117,16 +230,31 @@ global_asm!(
 extern "C" fn on_fault(stack: u32) -> ! {
     extern "C" {
         static _stack_end: u32;
+        static __stack_top: u32;
     }
     /// Bytes for the registers that an exception pushes, the floating-point ones included, and for
     /// a frame below them.
     const MARGIN: u32 = 0x400;
-    let end = (&raw const _stack_end) as u32;
-    because(if stack < end + MARGIN {
-        Reason::StackOverflow
-    } else {
-        Reason::Fault
-    })
+    /// Bytes of the eight registers that an exception always pushes.
+    const PUSHED: u32 = 32;
+    safe_state::enter();
+    let (least, top) = (
+        (&raw const _stack_end) as u32,
+        (&raw const __stack_top) as u32,
+    );
+    if stack < least + MARGIN {
+        end(Reason::StackOverflow, [0; 3], "");
+    }
+    let is_whole = stack.is_multiple_of(4) && stack <= top - PUSHED;
+    let pushed = |register: usize| match is_whole {
+        // SAFETY: within the stack, which is memory.
+        true => unsafe { (stack as *const u32).add(register).read_volatile() },
+        false => 0,
+    };
+    // SAFETY: a register of the core, which can be read at any time.
+    let status = unsafe { (*SCB::PTR).cfsr.read() };
+    // The core pushes r0 to r3, r12, lr, pc and the program's status (DDI 0403 section B1.5.6).
+    end(Reason::Fault, [pushed(6), pushed(5), status], "")
 }
 
 /// The crystal has stopped; the internal oscillator goes on.
@@ -135,8 +263,9 @@ unsafe fn NonMaskableInt() -> ! {
     because(Reason::ClockFailure)
 }
 
-/// An interrupt that nobody asked for.
+/// An interrupt that nobody asked for: its number is noted.
 #[exception]
-unsafe fn DefaultHandler(_: i16) -> ! {
-    because(Reason::Fault)
+unsafe fn DefaultHandler(number: i16) -> ! {
+    safe_state::enter();
+    end(Reason::Fault, [0, 0, u32::from(number.cast_unsigned())], "")
 }

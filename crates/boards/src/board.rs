@@ -18,6 +18,10 @@ pub struct Board {
     pub start: u32,
     /// The numbers of the two flash sectors that keep the settings.
     pub settings: [u8; 2],
+    /// Whether the pins of the debug port, PA13 and PA14, may have another purpose: then no probe
+    /// reaches the firmware while it runs.
+    #[serde(default, rename = "gives-up-debug-port")]
+    pub gives_up_debug_port: bool,
     /// The sources of the pins: documents that anybody can open.
     pub sources: Vec<String>,
     /// How the motors move the axes.
@@ -100,6 +104,17 @@ pub struct Power {
     pub channel: u8,
     /// The frequency of the pulses in Hz: 50 to 100 000.
     pub frequency: u32,
+    /// The level while the laser burns or the spindle is driven.
+    #[serde(default)]
+    pub active: Level,
+}
+
+impl Power {
+    /// The pin as an output.
+    pub(crate) fn output(&self) -> Output {
+        let Self { pin, active, .. } = *self;
+        Output { pin, on: active }
+    }
 }
 
 /// The switched outputs; each may be missing.
@@ -128,6 +143,16 @@ pub struct Output {
     /// Its level when it is on.
     #[serde(default)]
     pub on: Level,
+}
+
+impl Output {
+    /// Its level while it is off.
+    fn off(self) -> Level {
+        match self.on {
+            Level::High => Level::Low,
+            Level::Low => Level::High,
+        }
+    }
 }
 
 /// The level of a pin.
@@ -281,6 +306,27 @@ impl Board {
         ]
         .into_iter()
         .filter_map(|(name, output)| Some((name, output?)))
+    }
+
+    /// The pins that could do harm, each with the level at which it does none: the pin of power
+    /// first. An output is harmless while it is off, a pin that moves a motor while it is low.
+    #[must_use]
+    pub fn safe_levels(&self) -> Vec<(Pin, Level)> {
+        let sockets = &self.sockets;
+        let motors = self.motor_sockets().flat_map(|one| one.drive.pins());
+        let high = self.outputs.high.iter().map(|pin| (*pin, Level::High));
+        let switched = self.switched().map(|(_, output)| output);
+        let outputs = switched
+            .chain(sockets.heater_supply)
+            .chain(sockets.fan)
+            .chain(sockets.outputs.iter().copied())
+            .chain(sockets.heaters.iter().map(|heater| heater.output()));
+        let off = |output: Output| (output.pin, output.off());
+        std::iter::once(off(self.power.output()))
+            .chain(motors.map(|(_, pin)| (pin, Level::Low)))
+            .chain(high)
+            .chain(outputs.map(off))
+            .collect()
     }
 
     /// The inputs other than limit switches, with their purpose.

@@ -60,6 +60,19 @@ impl Board {
         findings
     }
 
+    /// What the owner of the board should know, though the firmware can be built: pins of the debug
+    /// port that have another purpose.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Finding> {
+        let pins = self.pins().into_iter().filter(|(_, pin)| is_debug(*pin));
+        let warning = |(name, pin)| {
+            Finding(format!(
+                "{name}: {pin} is the debug port's (SWD): a probe reaches the chip only under reset"
+            ))
+        };
+        pins.map(warning).collect()
+    }
+
     /// Checks that each pin exists, is free, is used only once, and has a place on the board.
     fn check_pins(&self, findings: &mut Vec<Finding>) {
         let mut users: BTreeMap<Pin, String> = BTreeMap::new();
@@ -67,9 +80,16 @@ impl Board {
             expect(findings, self.chip.has(pin), || {
                 format!("{name}: the chip has no {pin}")
             });
-            if let Some(taken) = taken(pin) {
-                findings.push(Finding(format!("{name}: {pin} is {taken}")));
+            if is_usb(pin) {
+                findings.push(Finding(format!("{name}: {pin} is USB's")));
             }
+            let is_free = self.gives_up_debug_port || !is_debug(pin);
+            expect(findings, is_free, || {
+                format!(
+                    "{name}: {pin} is the debug port's (SWD), unless the file says \
+                     `gives-up-debug-port = true`"
+                )
+            });
             expect(findings, self.at.contains_key(&pin), || {
                 format!("{name}: `at` does not say where {pin} is on the board")
             });
@@ -320,11 +340,12 @@ pub(crate) fn number_of(name: &str) -> Option<u16> {
     name.strip_prefix('$')?.parse().ok()
 }
 
-/// The purpose of a pin that is reserved on every board.
-fn taken(pin: Pin) -> Option<&'static str> {
-    match (pin.port, pin.number) {
-        ('A', 11 | 12) => Some("USB's"),
-        ('A', 13 | 14) => Some("the debug port's (SWD)"),
-        _ => None,
-    }
+/// Whether a pin is USB's on every board.
+fn is_usb(pin: Pin) -> bool {
+    pin.port == 'A' && matches!(pin.number, 11 | 12)
+}
+
+/// Whether a pin is the debug port's (SWD) after a reset.
+fn is_debug(pin: Pin) -> bool {
+    pin.port == 'A' && matches!(pin.number, 13 | 14)
 }

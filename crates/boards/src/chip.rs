@@ -32,6 +32,14 @@ impl Chip {
         }
     }
 
+    /// Pins of its package.
+    pub(crate) fn pins(self) -> u32 {
+        match self {
+            Chip::Ve | Chip::Vg => 100,
+            Chip::Ze | Chip::Zg => 144,
+        }
+    }
+
     /// Whether the chip's package has a pin. A package with 100 pins has only the ports A to E.
     #[must_use]
     pub fn has(self, pin: Pin) -> bool {

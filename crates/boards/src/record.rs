@@ -193,7 +193,7 @@ impl Board {
                 receive: pin(serial.receive),
             },
             power: Power {
-                pin: pin(power.pin),
+                pin: output(Some(power.output())),
                 function: self.power_function().unwrap_or(0),
                 timer: power.timer,
                 channel: power.channel,
@@ -215,18 +215,10 @@ impl Board {
         }
     }
 
-    /// The pins that could do harm, and the levels at which they do none. The power pin comes
-    /// first.
+    /// [`Board::safe_levels`] as a record has them.
     fn safe(&self) -> SafeTable {
-        let low = |pin: Pin| (pin, false);
-        let motors = self.motor_sockets().flat_map(|one| one.drive.pins());
-        let high = self.outputs.high.iter().map(|pin| (*pin, true));
-        let switched = self.switched().map(|(_, output)| output);
-        let all = std::iter::once(low(self.power.pin))
-            .chain(motors.map(|(_, pin)| low(pin)))
-            .chain(high)
-            .chain(switched.map(|output| (output.pin, output.on == Level::Low)));
-        SafeTable::new(all.map(|(pin, high)| (port(pin), pin.number, high)))
+        let levels = self.safe_levels().into_iter();
+        SafeTable::new(levels.map(|(pin, level)| (port(pin), pin.number, level == Level::High)))
     }
 }
 

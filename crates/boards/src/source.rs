@@ -26,6 +26,7 @@ impl Board {
         let synchronised = self.sockets.outputs.iter().map(|one| output_literal(*one));
         text += &self.sensors();
         text += &self.capture_inputs();
+        text += &self.safe_pins();
         let heaters = self.sockets.heaters.iter();
         let heaters = heaters.map(|one| output_literal(one.output()));
         let outputs = &self.outputs;
@@ -40,7 +41,6 @@ impl Board {
             ("spindle_reverse", output(outputs.spindle_reverse)),
             ("flood", output(outputs.flood)),
             ("mist", output(outputs.mist)),
-            ("high", slice(&outputs.high)),
             ("limits", list(limits)),
             ("synchronised", format!("&{}", list(synchronised))),
             ("heaters", format!("&{}", list(heaters))),
@@ -53,6 +53,16 @@ impl Board {
             let _ = writeln!(text, "    {name}: {value},");
         }
         text + "};\n"
+    }
+
+    /// The pins that could do harm, and whether high is their harmless level.
+    fn safe_pins(&self) -> String {
+        let levels = self.safe_levels();
+        let pins = levels
+            .iter()
+            .map(|(pin, level)| format!("({}, {})", literal(*pin), *level == Level::High));
+        let (count, pins) = (levels.len(), list(pins));
+        format!("pub(crate) const SAFE: [(Pin, bool); {count}] = {pins};\n")
     }
 
     /// The sensors of the heaters and the input of their fault, where there are heaters.
@@ -163,8 +173,8 @@ pub(crate) fn own() -> Own {{
         let power = &self.power;
         let function = self.power_function().unwrap_or(0);
         format!(
-            "PowerPin {{ pin: {}, function: {function}, timer: Timer::Tim{}, channel: {}, frequency: {} }}",
-            literal(power.pin),
+            "PowerPin {{ output: {}, function: {function}, timer: Timer::Tim{}, channel: {}, frequency: {} }}",
+            output_literal(power.output()),
             power.timer,
             power.channel,
             power.frequency
@@ -244,7 +254,7 @@ SECTIONS
     fn script(&self, end: u32, memory: Memory, text: &str) -> String {
         let Memory { stack, .. } = memory;
         let (start, length) = (self.start, (end - self.start) >> 10);
-        let (ram, chip) = (ram(memory), self.chip.flash());
+        let (ram, chip, pins) = (ram(memory), self.chip.flash(), self.chip.pins());
         format!(
             "MEMORY
 {{
@@ -252,6 +262,7 @@ SECTIONS
 {ram}}}
 __flash_end = {end:#010X};
 __chip_flash = {chip:#X};
+__chip_pins = {pins};
 {text}{STACK}__stack_top = ORIGIN(CCM) + {stack}K;
 "
         )

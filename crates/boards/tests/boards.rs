@@ -253,19 +253,46 @@ fn the_program_goes_where_the_settings_are_not() {
 }
 
 #[test]
+fn the_debug_port_can_be_given_up_with_a_warning() {
+    // As the X end stop of an MKS Monster8.
+    let text = board("discovery")
+        .replace("limit = { pin = \"PE4\" }", "limit = { pin = \"PA14\" }")
+        .replace("PE4 = \"header P2\"", "PA14 = \"header P2\"");
+    let kept = Board::read(&text).unwrap();
+    let findings: Vec<String> = kept.check().iter().map(ToString::to_string).collect();
+    assert_eq!(findings.len(), 1, "{findings:?}");
+    assert!(findings[0].contains("gives-up-debug-port = true"));
+    let text = text.replace("[1, 2]", "[1, 2]\ngives-up-debug-port = true");
+    let given_up = Board::read(&text).unwrap();
+    assert_eq!(given_up.check(), []);
+    let warnings: Vec<String> = given_up
+        .warnings()
+        .iter()
+        .map(ToString::to_string)
+        .collect();
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    assert!(warnings[0].starts_with("limit of motor 1: PA14 is the debug port's"));
+    // USB's pins cannot be given up.
+    let usb = Board::read(&text.replace("PA14", "PA11")).unwrap();
+    let first = usb.check().first().map(ToString::to_string);
+    assert_eq!(first.as_deref(), Some("limit of motor 1: PA11 is USB's"));
+}
+
+#[test]
 fn the_room_for_a_program_follows_from_the_sectors() {
-    for (name, end, chip) in [
-        ("discovery", "0x08100000", "0x100000"),
-        ("skr-2", "0x080C0000", "0x100000"),
-        ("robin-nano-v3", "0x080C0000", "0x100000"),
-        ("octopus", "0x08040000", "0x80000"),
-        ("spider", "0x08040000", "0x80000"),
+    for (name, end, chip, pins) in [
+        ("discovery", "0x08100000", "0x100000", 100),
+        ("skr-2", "0x080C0000", "0x100000", 100),
+        ("robin-nano-v3", "0x080C0000", "0x100000", 100),
+        ("octopus", "0x08040000", "0x80000", 144),
+        ("spider", "0x08040000", "0x80000", 100),
     ] {
         let board = Board::read(board(name)).unwrap();
         let ends = |memory: String| {
             let says = |line: String| assert!(memory.contains(&line), "{name}: {line} {memory}");
             says(format!("__flash_end = {end};"));
             says(format!("__chip_flash = {chip};"));
+            says(format!("__chip_pins = {pins};"));
         };
         ends(board.memory());
         ends(board.record_memory(false).unwrap());
@@ -275,6 +302,57 @@ fn the_room_for_a_program_follows_from_the_sectors() {
     let memory = behind_32.record_memory(true).unwrap();
     let front = "FRONT    : ORIGIN = 0x08008200, LENGTH = 15872";
     assert!(memory.contains(front), "{memory}");
+}
+
+#[test]
+fn each_output_is_safe_at_the_level_at_which_it_is_off() {
+    let outputs = [
+        ("PD12", "pin = \"PD12\"", "active"),
+        ("PD13", "spindle = { pin = \"PD13\"", "on"),
+        ("PD14", "spindle-reverse = { pin = \"PD14\"", "on"),
+        ("PD15", "flood = { pin = \"PD15\"", "on"),
+        ("PD11", "mist = { pin = \"PD11\"", "on"),
+        ("PB12", "outputs = [{ pin = \"PB12\"", "on"),
+        ("PB13", "{ pin = \"PB13\"", "on"),
+        ("PB5", "heaters = [{ pin = \"PB5\"", "on"),
+        ("PB8", "{ pin = \"PB8\"", "on"),
+        ("PD9", "heater-supply = { pin = \"PD9\"", "on"),
+        ("PB7", "fan = { pin = \"PB7\"", "on"),
+    ];
+    for (pin, words, key) in outputs {
+        for (on, safe) in [("high", "low"), ("low", "high")] {
+            let with = match key {
+                "active" => format!("{words}\n{key} = \"{on}\""),
+                _ => format!("{words}, {key} = \"{on}\""),
+            };
+            let text = board("discovery");
+            assert_eq!(text.matches(words).count(), 1, "{words}");
+            let board = Board::read(&text.replace(words, &with)).unwrap();
+            assert_eq!(board.check(), [], "{with}");
+            let levels = board.safe_levels();
+            let found = levels.iter().filter(|(one, _)| one.to_string() == pin);
+            let found: Vec<String> = found.map(|(_, level)| format!("{level:?}")).collect();
+            assert_eq!(found.join(" ").to_lowercase(), safe, "{with}");
+        }
+    }
+    // Motors: six with step and direction, low; nothing else.
+    let board = Board::read(board("discovery")).unwrap();
+    assert_eq!(board.safe_levels().len(), outputs.len() + 12);
+}
+
+#[test]
+fn a_record_says_at_which_level_power_is_on() {
+    let power = |active: &str| {
+        let text = board("discovery").replace("pin = \"PD12\"", active);
+        let record = Board::read(&text).unwrap().record().unwrap();
+        let (record, _) = leadscrew_record::Record::read(&record).unwrap();
+        let content = record.content;
+        let port = content.safe.ports().iter().find(|one| one.port.get() == 3);
+        let is_safe_high = port.unwrap().levels.get() >> 12 & 1 == 1;
+        (content.power.pin.high(), is_safe_high)
+    };
+    assert_eq!(power("pin = \"PD12\""), (true, false));
+    assert_eq!(power("pin = \"PD12\"\nactive = \"low\""), (false, true));
 }
 
 /// An Octopus with one output for M62 to M65, and spare motors.

@@ -125,6 +125,9 @@ fn say_findings(name: &str, board: &Board) -> Result<bool, Unusable> {
     for finding in &findings {
         say(format!("{}: {finding}", leadscrew_files::shown(name)))?;
     }
+    for warning in board.warnings() {
+        aside(format!("{name}: warning: {warning}"));
+    }
     Ok(findings.is_empty())
 }
 

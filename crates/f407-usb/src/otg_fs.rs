@@ -108,6 +108,24 @@ unsafe impl UsbPeripheral for Controller {
 
 type Bus = UsbBus<Controller>;
 
+/// Digits of a unique number.
+const SERIAL: usize = 24;
+
+/// A number of 96 bits in hexadecimal digits, the highest word and the highest digit first.
+fn digits(unique: [u32; 3]) -> [u8; SERIAL] {
+    let words = unique.into_iter().rev();
+    let values = words.flat_map(|word| (0..8).rev().map(move |digit| word >> (4 * digit) & 0xF));
+    let mut text = [b'0'; SERIAL];
+    for (place, value) in text.iter_mut().zip(values) {
+        *place += if value < 10 {
+            value as u8
+        } else {
+            value as u8 + 7
+        };
+    }
+    text
+}
+
 /// The memory of the line.
 pub struct Place {
     /// Packets that have not been read yet: two endpoints of 64 bytes, in words.
@@ -116,6 +134,8 @@ pub struct Place {
     /// to the program's image.
     bus: MaybeUninit<UsbBusAllocator<Bus>>,
     port: MaybeUninit<Port>,
+    /// The chip's unique number, in hexadecimal digits.
+    serial: [u8; SERIAL],
 }
 
 impl Default for Place {
@@ -131,11 +151,13 @@ impl Place {
             packets: [0; 2 * PACKET / 4],
             bus: MaybeUninit::uninit(),
             port: MaybeUninit::uninit(),
+            serial: [0; SERIAL],
         }
     }
 
     /// Starts the line. To be called at start-up, with the clock of 48 MHz running and the pins
-    /// connected to the controller. `cpu_hz` is the clock of the CPU.
+    /// connected to the controller. `cpu_hz` is the clock of the CPU, and `unique` the chip's
+    /// number, from which the host makes a name that stays.
     ///
     /// `None` where the driver refuses these values, which never happens.
     #[inline(never)] // values that are moved are on the stack only during this call
@@ -143,15 +165,18 @@ impl Place {
         &'static mut self,
         registers: Registers,
         cpu_hz: u32,
+        unique: [u32; 3],
         receiver: Receiver<'static>,
         outgoing: Consumer<'static, u8>,
     ) -> Option<&'static mut Port> {
+        self.serial = digits(unique);
         let controller = Controller {
             _registers: registers,
             cpu_hz,
         };
         let bus = UsbBus::new(controller, &mut self.packets);
-        let port = Port::new(self.bus.write(bus), receiver, outgoing)?;
+        let serial = core::str::from_utf8(&self.serial).unwrap_or_default();
+        let port = Port::new(self.bus.write(bus), serial, receiver, outgoing)?;
         Some(self.port.write(port))
     }
 }
@@ -172,6 +197,7 @@ impl Port {
     /// Connects to the host, if there is one.
     fn new(
         bus: &'static UsbBusAllocator<Bus>,
+        serial: &'static str,
         receiver: Receiver<'static>,
         outgoing: Consumer<'static, u8>,
     ) -> Option<Self> {
@@ -179,7 +205,8 @@ impl Port {
         let class = CdcAcmClass::new(bus, PACKET as u16);
         let texts = StringDescriptors::default()
             .manufacturer("leadscrew")
-            .product("leadscrew motion control");
+            .product("leadscrew motion control")
+            .serial_number(serial);
         let device = UsbDeviceBuilder::new(bus, ID)
             .device_class(USB_CLASS_CDC)
             .self_powered(true)

@@ -25,6 +25,9 @@ use crate::{
 };
 use std::collections::BTreeSet;
 
+/// DBGMCU_IDCODE of an STM32F407 of revision Y (RM0090 section 38.6.1).
+const IDCODE: u32 = 0x1007_6413;
+
 /// How the previous instruction used the memory: the next access may overlap it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum LastAccess {
@@ -67,6 +70,8 @@ pub struct Machine {
     /// DBGMCU_APB1_FZ: the peripherals that stop while a debugger stops the core. Only a loss of
     /// power resets it.
     pub(crate) freeze_apb1: u32,
+    /// DBGMCU_IDCODE.
+    pub(crate) idcode: u32,
     pub(crate) world: World,
     pub(crate) edges: Vec<Edge>,
     pub(crate) duties: Vec<Duty>,
@@ -119,6 +124,7 @@ impl Machine {
             unfinished: Unfinished::default(),
             debugger: false,
             freeze_apb1: 0,
+            idcode: IDCODE,
             world: World::default(),
             edges: Vec::new(),
             duties: Vec::new(),
@@ -315,6 +321,12 @@ impl Machine {
     /// The cycle model's constants, which may be changed at any time.
     pub fn timing_mut(&mut self) -> &mut Timing {
         &mut self.timing
+    }
+
+    /// Makes the chip say that it is another one: its device number, of 12 bits (RM0090 section
+    /// 38.6.1). Nothing else of the chip changes.
+    pub fn set_device_number(&mut self, number: u16) {
+        self.idcode = IDCODE & !0xFFF | u32::from(number & 0xFFF);
     }
 
     /// With a debugger a breakpoint instruction ends the run; without one it is a HardFault.

@@ -118,6 +118,8 @@ impl Machine {
             Device::Dma(index) => devices.dma[index].read(offset),
             Device::Timer(index) => {
                 self.catch_up_timer(index, now);
+                let crystal = self.devices.rcc.crystal_for_rtc();
+                self.devices.timers[index].show_crystal(crystal, now);
                 if self.devices.timers[index].take_capture(offset) {
                     self.update_timer_lines(index);
                 }
@@ -331,7 +333,7 @@ impl Machine {
             0xE000_ED24 => self.handler_state(),
             0xE000_E100..=0xE000_E4EF => self.nvic.read(offset),
             0xE000_E000..=0xE000_EFFF => self.scb.read(offset),
-            0xE004_2000 => 0x1007_6413, // DBGMCU_IDCODE (RM0090 section 38.6.1)
+            0xE004_2000 => self.idcode,
             DBGMCU_APB1_FZ => self.freeze_apb1,
             _ => 0,
         }

@@ -150,6 +150,12 @@ pub trait Board {
         None
     }
 
+    /// Why the program ended the last time that it did so by itself, for people: the row `[LAST
+    /// END:` of `$I`. `None` where it has not.
+    fn last_end(&self) -> Option<&dyn fmt::Display> {
+        None
+    }
+
     /// Whether the board takes its own description over a line, by `$B=`.
     const TAKES_RECORD: bool = false;
 

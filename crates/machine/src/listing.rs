@@ -2,7 +2,7 @@
 //! `$ES`, `$#`, `$N`, `$I` and the like. So a report that is asked for goes out between two rows,
 //! and does not wait for the rest of the list.
 
-use crate::board::ChannelId;
+use crate::board::{Board, ChannelId};
 use crate::config::{extruder, AxisKind};
 use crate::console::Listing;
 use crate::extension::Extension;
@@ -24,30 +24,35 @@ where
     X: Extension<AXES>,
 {
     /// Goes on with lists; a list is answered `ok` after its last row. Main loop.
-    pub(crate) fn list(&mut self) {
+    pub(crate) fn list<B: Board>(&mut self, board: &B) {
         if self.console.lists() {
             for index in 0..self.console.count() {
-                self.list_row(ChannelId(index));
+                self.list_row(ChannelId(index), board);
             }
         }
     }
 
     /// Sends the next row of the list under way, if there is one and nothing waits before it.
-    fn list_row(&mut self, id: ChannelId) {
+    fn list_row<B: Board>(&mut self, id: ChannelId, board: &B) {
         let Some(channel) = self.console.channel(id) else {
             return;
         };
         let Some(listing) = channel.listing.filter(|_| channel.output_is_empty()) else {
             return;
         };
-        let next = self.write_row(id, listing);
+        let next = self.write_row(id, listing, board);
         if let Some(channel) = self.console.channel(id) {
             channel.listing = next;
         }
     }
 
     /// Writes a row; returns the row that follows, or `None` after the last.
-    fn write_row(&mut self, id: ChannelId, listing: Listing) -> Option<Listing> {
+    fn write_row<B: Board>(
+        &mut self,
+        id: ChannelId,
+        listing: Listing,
+        board: &B,
+    ) -> Option<Listing> {
         match listing {
             Listing::Settings(row) => {
                 if let Some(line) = self.settings.listed(row) {
@@ -93,7 +98,13 @@ where
                     .map_or(0, |channel| channel.limit());
                 let options = self.options_line(bytes);
                 self.console.line(id, options);
-                return Some(Listing::Answer);
+                return Some(Listing::LastEnd);
+            }
+            Listing::LastEnd => {
+                if let Some(end) = board.last_end() {
+                    self.console.line(id, format_args!("[LAST END:{end}]"));
+                    return Some(Listing::Answer);
+                }
             }
             Listing::Startup(_) | Listing::Answer => {}
         }

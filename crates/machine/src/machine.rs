@@ -179,7 +179,7 @@ where
         let extension = self.poll_extension(board, now);
         self.execute(board, now);
         self.report(board);
-        self.list();
+        self.list(board);
         self.console.flush(board, &mut self.work);
         self.take_line(board, now);
         self.watch_sender(board, now);

@@ -158,3 +158,18 @@ fn a_laser_s_speed_in_a_report_is_that_of_its_power_now() {
     assert!((50..250).contains(&slow), "far from the feed: {slow}");
     assert_eq!(speed("M5", false), 0);
 }
+
+#[test]
+fn the_last_end_of_the_program_is_a_row_of_its_own() {
+    let mut memory = Memory::new();
+    let mut session = Session::boot(&mut memory, MachineConfig::new());
+    let rows = session.line("$I");
+    assert_eq!(rows.len(), 3, "{rows:?}");
+    session.pins.last_end = Some("a fault in the program, feed.rs line 7");
+    let told = session.line("$I");
+    assert_eq!(told[..2], rows[..2]);
+    assert_eq!(
+        told[2..],
+        ["[LAST END:a fault in the program, feed.rs line 7]", "ok"]
+    );
+}

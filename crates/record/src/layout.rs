@@ -9,8 +9,12 @@ use zerocopy::{
 /// The first four bytes of a record, `LSBR`, as a little-endian word.
 pub const MAGIC: u32 = u32::from_le_bytes(*b"LSBR");
 
-/// The version of the layout.
-pub const VERSION: u16 = 2;
+/// The version of the layout: in version 3, power may be on while its pin is low.
+pub const VERSION: u16 = 3;
+
+/// The oldest version that is read. [`Record::pack`] makes it of all records that a firmware of
+/// that time may read.
+pub const OLDEST: u16 = 2;
 
 /// The offset of the [`SafeTable`] in a record, in bytes.
 pub const SAFE: usize = offset_of!(Record, content) + offset_of!(Content, safe);
@@ -102,7 +106,7 @@ pub struct Serial {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[repr(C)]
 pub struct Power {
-    /// The pin.
+    /// The pin, and the level at which it is on.
     pub pin: PinCode,
     /// Number of the timer's function in the data sheet's table 9.
     pub function: u8,
@@ -196,6 +200,15 @@ pub struct Content {
 }
 
 impl Content {
+    /// The oldest version of the layout that has a field for all of this.
+    pub(crate) fn version(&self) -> u16 {
+        let power = self.power.pin;
+        match power.pin() {
+            Some(_) if !power.high() => VERSION,
+            _ => OLDEST,
+        }
+    }
+
     /// A board without pins, for a firmware that has found no record.
     pub const NONE: Self = Self {
         crystal_hz: U32::ZERO,

@@ -11,7 +11,7 @@ mod safe;
 
 pub use layout::{
     Content, Head, Image, Motor, Outputs, Power, Record, Serial, Setting, Shape, ENABLES, MAGIC,
-    MOTORS, NAME, SAFE, SETTINGS, VERSION,
+    MOTORS, NAME, OLDEST, SAFE, SETTINGS, VERSION,
 };
 pub use lines::{Incoming, WrongLine, LONGEST, PART};
 pub use pin::PinCode;

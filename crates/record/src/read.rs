@@ -1,5 +1,5 @@
 //! Makes a record from its content, and reads it again.
-use crate::{Content, Head, Image, Record, Setting, MAGIC, SETTINGS, SLOT, VERSION};
+use crate::{Content, Head, Image, Record, Setting, MAGIC, OLDEST, SETTINGS, SLOT, VERSION};
 use core::fmt;
 use zerocopy::{
     little_endian::{U16, U32},
@@ -80,7 +80,7 @@ impl Record {
             head: Head {
                 magic: U32::new(MAGIC),
                 checksum: U32::ZERO,
-                version: U16::new(VERSION),
+                version: U16::new(content.version()),
                 length: U16::new(length as u16),
             },
             content: *content,
@@ -110,7 +110,7 @@ impl Record {
         if head.magic.get() != MAGIC {
             return Err(Refusal::Missing);
         }
-        if head.version.get() != VERSION {
+        if !(OLDEST..=VERSION).contains(&head.version.get()) {
             return Err(Refusal::Version);
         }
         let length = usize::from(head.length.get());

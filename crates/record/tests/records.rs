@@ -110,6 +110,7 @@ fn a_fault_is_told_by_its_name() {
     for (place, value, expected) in [
         (0, b'X', Refusal::Missing),
         (8, 1, Refusal::Version),
+        (8, 4, Refusal::Version),
         (10, 0xC1, Refusal::Length),
         (11, 0xFF, Refusal::Length),
         (111, 1, Refusal::Length),
@@ -121,6 +122,19 @@ fn a_fault_is_told_by_its_name() {
     }
     assert_eq!(refusal(|bytes| bytes.truncate(191)), Some(Refusal::Missing));
     assert_eq!(refusal(Vec::clear), Some(Refusal::Missing));
+}
+
+#[test]
+fn only_a_power_that_is_on_while_low_needs_a_newer_reader() {
+    let version = |high| {
+        let mut content = discovery();
+        content.power.pin = PinCode::new(3, 12, high).unwrap();
+        let mut bytes = [0; SLOT];
+        assert!(Record::pack(&content, &[], &mut bytes).is_some());
+        assert_eq!(Record::read(&bytes).unwrap().0.content, content);
+        u16::from_le_bytes([bytes[8], bytes[9]])
+    };
+    assert_eq!([version(true), version(false)], [2, 3]);
 }
 
 #[test]

@@ -93,7 +93,7 @@ const fn recorded(name: &'static str, wiring: &'static Wiring) -> Image {
 }
 
 /// All images that checks run; `xtask/src/fw_test.rs` says how each is built.
-const IMAGES: [Image; 20] = [
+const IMAGES: [Image; 21] = [
     wired("usual", &DISCOVERY),
     ("fast", &DISCOVERY, FAST_BAUD, StepTiming::F407),
     wired("machine-003", &MACHINE_003),
@@ -110,6 +110,7 @@ const IMAGES: [Image; 20] = [
     wired("machine-file-002", &DISCOVERY),
     wired("machine-file-003", &MACHINE_003),
     wired("machine-file-004", &DISCOVERY_4),
+    wired("inverted", &DISCOVERY),
     recorded("record", &DISCOVERY),
     recorded("record-behind", &SKR_2),
     recorded("record-behind-48", &ROBIN_NANO_V3),

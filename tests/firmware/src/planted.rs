@@ -71,9 +71,11 @@ const OTG_FS_FIFO_0: u32 = OTG_FS + 0x1000;
 /// Offsets of a timer's registers.
 const SR: u32 = 0x10;
 const EGR: u32 = 0x14;
+const CCER: u32 = 0x20;
 const ARR: u32 = 0x2C;
 const CCR1: u32 = 0x34;
 const CCR2: u32 = 0x38;
+const OR: u32 = 0x50;
 
 /// All planted faults.
 pub(crate) const PLANTED: &[Planted] = &[
@@ -100,6 +102,18 @@ pub(crate) const PLANTED: &[Planted] = &[
         GPIOA,
         |word| Some(word & !(0b11 << 16) | 0b01 << 16),
         &["no-record"],
+    ),
+    planted(
+        "power that is on while low has the usual polarity",
+        TIM4 + CCER,
+        |word| Some(word & !0b10),
+        &["polarity"],
+    ),
+    planted(
+        "the crystal's edges do not reach TIM11",
+        TIM11 + OR,
+        |_| None,
+        &["crystal"],
     ),
     planted(
         "a tick that was missed is not made to come",

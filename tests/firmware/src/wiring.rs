@@ -276,7 +276,7 @@ pub(crate) const SPIDER: Wiring = Wiring {
         to_ground(Pin::new('B', 13)),
         to_ground(Pin::new('A', 0)),
     ],
-    power: Pin::new('B', 6),
+    power: Pin::new('C', 6),
     spindle: Pin::new('B', 15),
     high: &[],
     crystal_hz: 12_000_000,

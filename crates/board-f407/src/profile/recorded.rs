@@ -249,10 +249,10 @@ pub(crate) fn buttons() -> [Option<Input>; 5] {
     content().buttons.map(input)
 }
 
-/// The pin of laser or spindle power, and its function in the data sheet's table 9.
-pub(crate) fn power_pin() -> Option<(Pin, u8)> {
+/// The output of laser or spindle power, and its pin's function in the data sheet's table 9.
+pub(crate) fn power_output() -> Option<(Output, u8)> {
     let power = &content().power;
-    pin(power.pin).map(|pin| (pin, power.function))
+    output(power.pin).map(|output| (output, power.function))
 }
 
 /// The timer of laser or spindle power, and its channel, 0 to 3.

@@ -18,7 +18,7 @@ mod selected {
     include!(concat!(env!("OUT_DIR"), "/board.rs"));
 }
 
-pub(crate) use selected::{kinematics, own, Kinematics, Own, AXES, MOTORS, PROFILE};
+pub(crate) use selected::{kinematics, own, Kinematics, Own, AXES, MOTORS, PROFILE, SAFE};
 
 #[cfg(captures)]
 pub(crate) use selected::CAPTURES;
@@ -68,8 +68,6 @@ pub(crate) struct Profile {
     pub(crate) flood: Option<Output>,
     /// Mist coolant.
     pub(crate) mist: Option<Output>,
-    /// Outputs that are always high.
-    pub(crate) high: &'static [Pin],
     /// Limit switches, one input a motor.
     pub(crate) limits: [Option<Input>; MOTORS],
     /// Probe.
@@ -85,10 +83,13 @@ pub(crate) struct Profile {
     /// The outputs of M62 to M65.
     pub(crate) synchronised: &'static [Output],
     /// The switches of heaters.
+    #[cfg_attr(not(heaters), allow(dead_code))]
     pub(crate) heaters: &'static [Output],
     /// The relay that supplies all heaters.
+    #[cfg_attr(not(heaters), allow(dead_code))]
     pub(crate) heater_supply: Option<Output>,
     /// A fan.
+    #[cfg_attr(not(heaters), allow(dead_code))]
     pub(crate) fan: Option<Output>,
 }
 
@@ -101,7 +102,7 @@ pub(crate) struct SerialPins {
 
 /// The pin that a timer's channel modulates.
 pub(crate) struct PowerPin {
-    pub(crate) pin: Pin,
+    pub(crate) output: Output,
     /// Number of the timer's function in the data sheet's table 9.
     pub(crate) function: u8,
     pub(crate) timer: Timer,
@@ -121,17 +122,9 @@ pub(crate) struct MotorPins {
 
 #[cfg(not(windings))]
 impl MotorPins {
-    /// How many there are.
-    pub(crate) const COUNT: usize = 2;
-
     /// Names both pins.
     pub(crate) const fn new(step: Pin, direction: Pin) -> Self {
         Self { step, direction }
-    }
-
-    /// All of them.
-    pub(crate) const fn all(self) -> [Pin; Self::COUNT] {
-        [self.step, self.direction]
     }
 }
 
@@ -150,11 +143,6 @@ impl MotorPins {
     /// Names the lines.
     pub(crate) const fn new(lines: [Pin; Self::COUNT]) -> Self {
         Self { lines }
-    }
-
-    /// All of them.
-    pub(crate) const fn all(self) -> [Pin; Self::COUNT] {
-        self.lines
     }
 }
 

@@ -3,7 +3,7 @@
 use super::{cycles, period, Mode};
 use crate::{
     chip::Timer,
-    gpio::Pin,
+    gpio::Output,
     profile,
     registers::{PowerRegisters, Word},
 };
@@ -34,8 +34,8 @@ impl Channel {
     }
 
     /// Its pin, and the pin's function; none where there is no record.
-    pub(super) fn pin() -> Option<(Pin, u8)> {
-        profile::power_pin()
+    pub(super) fn output() -> Option<(Output, u8)> {
+        profile::power_output()
     }
 
     /// Counts in a period before the timer's clock is divided.

@@ -3,7 +3,7 @@
 use super::{cycles, period, Mode};
 use crate::{
     chip::Timer,
-    gpio::Pin,
+    gpio::Output,
     profile::{PowerPin, POWER_HZ, PROFILE},
     registers::{power_timer, Word},
 };
@@ -36,8 +36,8 @@ impl Channel {
     }
 
     /// Its pin, and the pin's function.
-    pub(super) const fn pin() -> Option<(Pin, u8)> {
-        Some((OUTPUT.pin, OUTPUT.function))
+    pub(super) const fn output() -> Option<(Output, u8)> {
+        Some((OUTPUT.output, OUTPUT.function))
     }
 
     /// Counts in a period before the timer's clock is divided.

@@ -10,7 +10,9 @@ use crate::{
     registers::{port, Word},
 };
 use core::arch::global_asm;
-use leadscrew_record::{FIXED, LONGEST, MAGIC, PORTS, SAFE, SLOT, SLOTS, UNPROTECTED, VERSION};
+use leadscrew_record::{
+    FIXED, LONGEST, MAGIC, OLDEST, PORTS, SAFE, SLOT, SLOTS, UNPROTECTED, VERSION,
+};
 
 /// The changes of registers at reset, in this order. The changes of the pins are in the record.
 static AT_RESET: [Store; FRESH.len()] = FRESH;
@@ -69,8 +71,9 @@ global_asm!(
     "bne 1b",
     "2: cbz r0, 7f",
     "ldrh r1, [r0, #8]",
-    "cmp r1, #{version}",
-    "bne 7f",
+    "subs r1, #{oldest}",
+    "cmp r1, #{newer}",
+    "bhi 7f",
     "ldrh r1, [r0, #10]",
     "cmp r1, #{fixed}",
     "blo 7f",
@@ -136,7 +139,8 @@ global_asm!(
     magic = const MAGIC,
     slots = const SLOTS,
     slot = const SLOT,
-    version = const VERSION,
+    oldest = const OLDEST,
+    newer = const VERSION - OLDEST,
     fixed = const FIXED,
     longest = const LONGEST,
     unprotected = const UNPROTECTED,

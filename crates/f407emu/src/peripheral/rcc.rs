@@ -47,8 +47,8 @@ const PLLON: u32 = 1 << 24;
 const PLLI2SON: u32 = 1 << 26;
 /// RCC_PLLCFGR: PLLM and PLLSRC, which both PLLs share.
 const SHARED_BY_PLLS: u32 = 0x3F | PLL_FROM_CRYSTAL;
-/// RCC_CFGR: clock outputs, I2S, the divider of the RTC's clock.
-const OUTPUTS: u32 = 0xFFFF_0000;
+/// RCC_CFGR: clock outputs, I2S.
+const OUTPUTS: u32 = 0xFFE0_0000;
 /// RCC_CIR: interrupts of clocks that become ready.
 const READY_INTERRUPTS: u32 = 0x3F00;
 /// RCC_PLLCFGR.PLLSRC: the crystal feeds the PLL.
@@ -361,6 +361,18 @@ impl Rcc {
             apb1: bus_divider(configuration >> 10),
             apb2: bus_divider(configuration >> 13),
         }
+    }
+
+    /// The clock that the crystal makes for the RTC (RM0090 section 7.3.3, RTCPRE): edges, and the
+    /// cycles of the core in which they come. No edges if the crystal or its divider is off.
+    pub(crate) fn crystal_for_rtc(&self) -> (u64, u64) {
+        let divider = self.registers[CFGR] >> 16 & 0x1F;
+        let edges = match self.registers[CR] & HSEON != 0 && divider >= 2 {
+            true => self.crystal_hz,
+            false => 0,
+        };
+        let cycles = u64::from(self.clocks().hclk) * u64::from(divider);
+        (edges.into(), cycles)
     }
 
     /// The frequencies of the PLL's input, of its oscillator and of its output, Hz (RM0090 section

@@ -78,8 +78,10 @@ pub(crate) struct Timer {
     arr: u32,
     rcr: u32,
     dcr: u32,
-    /// The option register, which selects the source of an input; without effect here.
+    /// The option register, which selects the source of an input.
     or: u32,
+    /// The cycle up to which edges of the crystal have been shown to the input.
+    shown: u64,
     pub(crate) outputs: Outputs,
     /// The values in force until the next update event loads the registers' values.
     prescaler: u32,
@@ -109,6 +111,7 @@ impl Timer {
             rcr: 0,
             dcr: 0,
             or: 0,
+            shown: 0,
             outputs: Outputs::default(),
             prescaler: 0,
             top,
@@ -201,13 +204,30 @@ impl Timer {
         channels.filter(|&channel| !self.outputs.is_input(channel))
     }
 
+    /// Shows TIM11's input the edges of the crystal's clock for the RTC up to now, where the option
+    /// register connects them (RM0090 section 19.5.11). `crystal` edges come in `core` cycles.
+    pub(crate) fn show_crystal(&mut self, (crystal, core): (u64, u64), now: u64) {
+        const TIM11: u32 = 0x4001_4800;
+        const HSE_RTC: u32 = 0b10;
+        let begin = core::mem::replace(&mut self.shown, now);
+        if self.or & 3 != HSE_RTC || self.instance.base != TIM11 || crystal == 0 {
+            return;
+        }
+        let number = |cycle: u64| cycle * crystal / core;
+        for edge in number(begin) + 1..=number(now) {
+            self.edge(0, true, (edge * core).div_ceil(crystal).min(now));
+        }
+    }
+
     /// The level of the timer's pin `input` has changed; 0 is the pin of channel 1. Channels
     /// capture the count (RM0090 section 18.3.5). Events that are due by now must have happened.
     pub(crate) fn edge(&mut self, input: usize, rises: bool, now: u64) -> TimerRequests {
         let count = self.count_at(now);
         let mut captured = 0;
         for channel in self.channels() {
-            if self.outputs.captures(channel, input, rises) {
+            if self.outputs.captures(channel, input, rises)
+                && self.outputs.passes_prescaler(channel)
+            {
                 self.capture(channel, count);
                 captured |= 1 << channel;
             }

@@ -61,6 +61,8 @@ pub(crate) struct Outputs {
     below: [bool; 4],
     /// The channels that have just changed from frozen to PWM, one bit each.
     thawed: u8,
+    /// Edges of inputs since the last capture.
+    edges: [u8; 4],
     /// Whether the timer drove a pin at the last call of [`Outputs::take_driving`].
     drove: bool,
 }
@@ -89,16 +91,24 @@ impl Outputs {
         half(self.ccmr, channel) & 3 != 0
     }
 
-    /// Whether a channel uses something that is not modelled: as an input the trigger, a prescaler or
-    /// a filter; as an output the external signal that clears it (OCxCE).
+    /// Whether a channel uses something that is not modelled: as an input the trigger or a filter; as
+    /// an output the external signal that clears it (OCxCE).
     pub(crate) fn is_conditioned(&self, channel: usize) -> bool {
         const CLEARED_FROM_OUTSIDE: u32 = 1 << 7;
         let half = half(self.ccmr, channel);
         match half & 3 {
             0 => half & CLEARED_FROM_OUTSIDE != 0,
             3 => true,
-            _ => half >> 2 != 0,
+            _ => half >> 4 != 0,
         }
+    }
+
+    /// Counts an edge of an input. Returns whether it is one that is captured: every first, second,
+    /// fourth or eighth edge, as ICxPSC says (section 18.4.7).
+    pub(crate) fn passes_prescaler(&mut self, channel: usize) -> bool {
+        let every = 1 << (half(self.ccmr, channel) >> 2 & 3);
+        self.edges[channel] = (self.edges[channel] + 1) % every;
+        self.edges[channel] == 0
     }
 
     /// Whether a channel captures an edge of the timer's pin `input`. CCxS selects the pin of the

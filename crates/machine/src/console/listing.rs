@@ -20,6 +20,7 @@ pub(crate) enum Listing {
     Version,
     /// `$I`: its second line.
     Options,
+    LastEnd,
     /// The answer, after the last row.
     Answer,
 }

@@ -53,6 +53,8 @@ pub struct Pins<'a> {
     outputs: Rc<Cell<u8>>,
     /// Each change of the outputs in motion: the position, and the levels.
     pub output_changes: Vec<([i32; 3], u8)>,
+    /// Why the program ended the last time.
+    pub last_end: Option<&'static str>,
     now: u64,
     due: Option<u64>,
     /// The step interrupt is not connected: its timer is started, and nothing happens.
@@ -106,6 +108,9 @@ impl Board for Pins<'_> {
     }
     fn set_coolant(&mut self, output: CoolantOutput) {
         self.coolant = output;
+    }
+    fn last_end(&self) -> Option<&dyn std::fmt::Display> {
+        self.last_end.as_ref().map(|end| end as _)
     }
     fn configure(&mut self, port: &PortConfig) {
         self.port = *port;
@@ -300,6 +305,7 @@ impl<'a, K: Kinematics<3, 3> + Clone, X: Extension<3>> Session<'a, K, X> {
             shared: &memory.shared,
             outputs: memory.outputs.clone(),
             output_changes: Vec::new(),
+            last_end: None,
             now: 0,
             due: None,
             deaf: false,

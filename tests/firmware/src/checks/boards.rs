@@ -33,7 +33,7 @@ const CORE_XY_POWER: (u64, u64) = (1_000, 56_000);
 pub(super) const MORE_POWER: [(&str, (u64, u64)); 4] = [
     ("octopus", (10_000, 8_400)),
     ("fly-407zg", (10_000, 16_800)),
-    ("spider", (1_000, 42_000)),
+    ("spider", (10_000, 8_400)),
     ("robin-nano-v3", (10_000, 16_800)),
 ];
 const DUAL_Y_POWER: (u64, u64) = (100_000, 1_680);

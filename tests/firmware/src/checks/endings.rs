@@ -1,7 +1,7 @@
 //! Ways in which the program ends. The outputs must be made safe, the chip is reset, and the next
 //! boot says why.
 use super::{
-    planting::{hear_restart, jump, panic_handler, plant, went_on, Event, INSTANTS},
+    planting::{hear_restart, jump, panic_site, plant, went_on, Event, INSTANTS},
     stopping::{ensure_safe, last_step, moving, power_edge},
     Figures,
 };
@@ -30,6 +30,8 @@ struct Ending {
     /// The clock of the CPU after the event, Hz.
     hz: f64,
     says: &'static str,
+    /// How the second message begins, if there is one.
+    place: Option<&'static str>,
 }
 
 const FULL_SPEED: f64 = 168e6;
@@ -39,15 +41,17 @@ const INTERNAL: f64 = 16e6;
 const ENDINGS: [Ending; 7] = [
     Ending {
         name: "a panic",
-        cause: |bench, build| plant(bench, &jump(panic_handler(&build.elf)?)),
+        cause: |bench, build| plant(bench, &panics(build)?),
         hz: FULL_SPEED,
         says: "[MSG:a fault in the program]",
+        place: Some(".rs line "),
     },
     Ending {
         name: "an instruction that is none",
         cause: |bench, _| plant(bench, &[0xDE00]), // udf
         hz: FULL_SPEED,
         says: "[MSG:a fault of the processor]",
+        place: Some("status 0x00010000"),
     },
     Ending {
         name: "an address where nothing is",
@@ -55,6 +59,7 @@ const ENDINGS: [Ending; 7] = [
         cause: |bench, _| plant(bench, &[0xF240, 0x0000, 0xF2C6, 0x0000, 0x6800]),
         hz: FULL_SPEED,
         says: "[MSG:a fault of the processor]",
+        place: Some("status 0x00008200"),
     },
     Ending {
         name: "a jump to nowhere",
@@ -62,6 +67,7 @@ const ENDINGS: [Ending; 7] = [
         cause: |bench, _| plant(bench, &[0xF04F, 0x5000, 0x4700]),
         hz: FULL_SPEED,
         says: "[MSG:a fault of the processor]",
+        place: Some("status 0x00020000"),
     },
     Ending {
         name: "a stack that is full",
@@ -69,6 +75,7 @@ const ENDINGS: [Ending; 7] = [
         cause: |bench, _| plant(bench, &[0xF240, 0x0010, 0xF2C1, 0x0000, 0x4685, 0xB4FF]),
         hz: FULL_SPEED,
         says: "[MSG:the stack was full]",
+        place: None,
     },
     Ending {
         name: "the crystal stops",
@@ -80,6 +87,7 @@ const ENDINGS: [Ending; 7] = [
         },
         hz: INTERNAL,
         says: "[MSG:the crystal stopped]",
+        place: None,
     },
     Ending {
         name: "the supply is low for 0.1 s",
@@ -95,8 +103,40 @@ const ENDINGS: [Ending; 7] = [
         },
         hz: FULL_SPEED,
         says: "[MSG:the supply voltage was low]",
+        place: None,
     },
 ];
+
+/// A jump to a panic of the program.
+pub(super) fn panics(build: &Build) -> Result<[u16; 4], Failure> {
+    Ok(jump(panic_site(&build.elf)?))
+}
+
+/// Checks that the place of the end is told, at the next start and by `$I`.
+fn ensure_place(bench: &mut Bench, ending: &Ending, heard: &[String]) -> Result<(), Failure> {
+    let mut behind = heard.iter().skip_while(|line| *line != ending.says).skip(1);
+    let told = behind.next().filter(|line| line.starts_with("[MSG:"));
+    let is_told = match (ending.place, told) {
+        (None, None) => true,
+        (Some(place), Some(told)) => told.contains(place),
+        _ => false,
+    };
+    ensure(is_told, || format!("says {heard:?}"))?;
+    let of_event = |line: &String| {
+        let words = line.strip_prefix("[LAST END:");
+        let reason = ending
+            .says
+            .trim_start_matches("[MSG:")
+            .trim_end_matches(']');
+        words.is_some_and(|words| {
+            words.starts_with(reason) && words.contains(ending.place.unwrap_or_default())
+        })
+    };
+    let asked = bench.command("$I")?;
+    ensure(asked.len() == 3 && asked.iter().any(of_event), || {
+        format!("$I: {asked:?}")
+    })
+}
 
 /// Makes the event happen in full motion. Returns how long steps and laser went on, µs.
 fn end(build: &Build, ending: &Ending, seconds: f64) -> Result<(f64, f64), Failure> {
@@ -121,14 +161,20 @@ fn end(build: &Build, ending: &Ending, seconds: f64) -> Result<(f64, f64), Failu
     ensure(steps.max(laser) <= HANDLED_US, || {
         format!("steps go on for {steps:.1} us, the laser for {laser:.1} us")
     })?;
-    bench
-        .machine
-        .reset_at(bench.machine.cycle() + 100, ResetCause::Pin);
-    bench.run_for(0.001)?;
-    let again = bench.hear_boot()?;
-    ensure(!again.iter().any(|line| line == ending.says), || {
-        "says it twice".into()
-    })?;
+    ensure_place(&mut bench, ending, &heard)?;
+    let reset = |bench: &mut Bench, cause| {
+        bench.machine.reset_at(bench.machine.cycle() + 100, cause);
+        bench.run_for(0.001)?;
+        let again = bench.hear_boot()?;
+        ensure(!again.iter().any(|line| line == ending.says), || {
+            "says it twice".into()
+        })?;
+        bench.command("$I")
+    };
+    let later = reset(&mut bench, ResetCause::Pin)?;
+    ensure(later.len() == 3, || format!("$I after a reset: {later:?}"))?;
+    let later = reset(&mut bench, ResetCause::PowerOn)?;
+    ensure(later.len() == 2, || format!("$I after power-up: {later:?}"))?;
     Ok((steps, laser))
 }
 

@@ -11,6 +11,7 @@ mod machines;
 mod motion;
 mod outputs;
 mod planting;
+mod polarity;
 mod power_loss;
 mod probe;
 mod raster;
@@ -263,7 +264,7 @@ pub(crate) const CHECKS: &[Check] = &[
     },
     Check {
         name: "crystal",
-        what: "a crystal that does not start: said so, and the serial line and motion work all the same",
+        what: "a crystal that does not start, or is another one: said so, and the serial line and motion work all the same",
         needs: USUAL,
         run: start_up::crystal,
     },
@@ -344,6 +345,18 @@ pub(crate) const CHECKS: &[Check] = &[
         what: "panic, faults, full stack, crystal, supply: safe within 10 us, then a reset, and the next boot says why",
         needs: USUAL,
         run: endings::endings,
+    },
+    Check {
+        name: "polarity",
+        what: "every output, of either polarity, is off at power-up, reset, alarm, panic and watchdog",
+        needs: &["machine-file-004", "inverted"],
+        run: polarity::polarity,
+    },
+    Check {
+        name: "another-chip",
+        what: "a chip of another number: safe levels and the serial line, and nothing else is driven",
+        needs: USUAL,
+        run: start_up::another_chip,
     },
     Check {
         name: "resets",

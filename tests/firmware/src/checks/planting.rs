@@ -7,7 +7,7 @@ use crate::{
     pins::STEP_IRQ,
     wiring::FLASH,
 };
-use object::{Object, ObjectSymbol};
+use object::{Object, ObjectSection, ObjectSymbol};
 
 /// The longest time until the reset comes, s.
 const RESET_SECONDS: f64 = 0.1;
@@ -106,12 +106,15 @@ pub(super) fn hear_restart(
         })?;
         bench.run_to(bench.machine.cycle() + 100)?;
     }
-    if let Some(replaced) = replaced {
-        bench
-            .machine
-            .program_flash(replaced.address, &replaced.bytes);
-    }
+    restore(bench, replaced);
     bench.hear_boot()
+}
+
+/// Puts the original bytes back.
+pub(super) fn restore(bench: &mut Bench, replaced: Option<Replaced>) {
+    if let Some(Replaced { address, bytes }) = replaced {
+        bench.machine.program_flash(address, &bytes);
+    }
 }
 
 /// The code of `ldr r0, [pc]; bx r0`, with the address `to` behind it.
@@ -120,16 +123,52 @@ pub(super) fn jump(to: u32) -> [u16; 4] {
     [0x4800, 0x4700, to as u16, (to >> 16) as u16]
 }
 
-/// The address of the panic handler.
-pub(super) fn panic_handler(elf: &[u8]) -> Result<u32, Failure> {
+/// The address of code that panics because it would divide by zero: it loads the place of the
+/// division, and calls the panic.
+pub(super) fn panic_site(elf: &[u8]) -> Result<u32, Failure> {
     let file = object::File::parse(elf)?;
-    let mut symbols = file.symbols();
-    let symbol = symbols.find(|symbol| {
-        let name = symbol.name().unwrap_or_default();
-        name.contains("rust_begin_unwind")
+    let missing = || Failure("the ELF has no division that panics".into());
+    let panic = file
+        .symbols()
+        .find(|symbol| {
+            let name = symbol.name().unwrap_or_default();
+            name.contains("panic_const_div_by_zero") && !name.contains("Thunk")
+        })
+        .ok_or_else(missing)?;
+    let panic = u32::try_from(panic.address())? & !1;
+    let text = file.section_by_name(".text").ok_or_else(missing)?;
+    let bytes = text.data()?;
+    let halves: Vec<u16> = bytes
+        .chunks_exact(2)
+        .map(|pair| u16::from_le_bytes([pair[0], pair[1]]))
+        .collect();
+    let begin = u32::try_from(text.address())?;
+    let address = |index: usize| begin + 2 * index as u32;
+    let calls = (1..halves.len() - 1)
+        .filter(|index| called(address(*index), halves[*index], halves[index + 1]) == Some(panic));
+    // The place of the division is r0: a word beside the code, or two halves.
+    let site = calls.into_iter().find_map(|index| match halves[..index] {
+        [.., load] if load >> 8 == 0x48 => Some(address(index - 1)),
+        [.., low, _, high, _] if low & 0xFBF0 == 0xF240 && high & 0xFBF0 == 0xF2C0 => {
+            Some(address(index - 4))
+        }
+        _ => None,
     });
-    let symbol = symbol.ok_or_else(|| Failure("the ELF has no handler of panics".into()))?;
-    Ok(u32::try_from(symbol.address())? & !1)
+    site.ok_or_else(missing)
+}
+
+/// The address that `BL` at `address` calls, if these are its halves (DDI 0403 section A7.7.18).
+fn called(address: u32, high: u16, low: u16) -> Option<u32> {
+    if high & 0xF800 != 0xF000 || low & 0xD000 != 0xD000 {
+        return None;
+    }
+    let (high, low) = (u32::from(high), u32::from(low));
+    let sign = high >> 10 & 1;
+    let bit = |place: u32| !(low >> place ^ sign) & 1;
+    let offset =
+        sign << 24 | bit(13) << 23 | bit(11) << 22 | (high & 0x3FF) << 12 | (low & 0x7FF) << 1;
+    let offset = (offset << 7).cast_signed() >> 7;
+    Some((address + 4).wrapping_add_signed(offset))
 }
 
 /// How long steps and laser went on after the cycle `began`, µs.

@@ -5,7 +5,7 @@ use crate::{
     compare, desk,
     firmware::{Build, Firmware},
     job::Job,
-    pins::CRYSTAL_HZ,
+    pins::{CRYSTAL_HZ, ENABLE},
     wiring::{FAN, HEATERS, OUTPUT},
 };
 use leadscrew_f407emu::Pin;
@@ -130,6 +130,68 @@ pub(crate) fn crystal(firmware: &Firmware) -> Result<Figures, Failure> {
         "none fitted",
         format!("{NO_CRYSTAL}, {} step events to the tick", steps.len()),
     );
+    for mhz in OTHER_CRYSTALS {
+        let mut bench = Bench::switch_on_with(firmware.build("usual")?, mhz * 1_000_000)?;
+        let heard = bench.hear_banner()?;
+        let says = format!(
+            "[MSG:the crystal has {mhz} MHz, the board's file says 8: times are exact to 1 %, no USB]"
+        );
+        ensure(heard.contains(&says), || format!("{mhz} MHz: {heard:?}"))?;
+        figures.add(format!("{mhz} MHz fitted"), says);
+    }
+    Ok(figures)
+}
+
+/// Crystals that boards of this chip have, in place of the 8 MHz of the board's file, MHz.
+const OTHER_CRYSTALS: [u32; 4] = [4, 12, 16, 25];
+
+/// The message on a chip that is none of the firmware's.
+const ANOTHER_CHIP: &str = "[MSG:This chip is no STM32F407, locked: flash the firmware of its own]";
+/// Device numbers of an STM32F446 (RM0390 section 33.6.1) and of an STM32F429 (RM0090 section
+/// 38.6.1): boards that come with either chip have them, and the registers of both are alike so far.
+const OTHERS: [u16; 2] = [0x421, 0x419];
+/// The number of an F407, and the one that its revision A says.
+const OURS: [u16; 2] = [0x413, 0x411];
+/// Lines that would drive pins.
+const DRIVING: [&str; 6] = ["$X", "$1=255", "$4=1", "M3S1000", "G1X1F100", "$H"];
+
+/// Another chip: no pin is driven but those with safe levels and the serial line's.
+pub(crate) fn another_chip(firmware: &Firmware) -> Result<Figures, Failure> {
+    let usual = firmware.build("usual")?;
+    let boot = |number| {
+        let mut bench = Bench::switch_on(usual)?;
+        bench.machine.set_device_number(number);
+        bench.hear_banner()?;
+        Ok::<_, Failure>(bench)
+    };
+    for number in OTHERS {
+        let mut bench = boot(number)?;
+        bench.hear_until(0.1, |line| line == ANOTHER_CHIP)?;
+        for line in DRIVING {
+            bench.say(line)?;
+            bench.run_for(0.05)?;
+            ensure(!bench.machine.drives(ENABLE), || {
+                format!("{number:#x}, {line}: {ENABLE} is driven")
+            })?;
+            let wiring = bench.wiring;
+            let pins = wiring.step.iter().chain(wiring.direction);
+            let mut pins = pins.chain([&wiring.power, &wiring.spindle]);
+            let on = pins.find(|pin| !is_off(&bench, **pin));
+            ensure(on.is_none(), || {
+                format!("{number:#x}, {line}: {on:?} is not low")
+            })?;
+        }
+    }
+    for number in OURS {
+        let mut bench = boot(number)?;
+        bench.command("$1=255")?;
+        bench.run_for(0.05)?;
+        ensure(bench.machine.drives(ENABLE), || {
+            format!("{number:#x}: {ENABLE} floats")
+        })?;
+    }
+    let mut figures = Figures::default();
+    figures.add("device numbers 0x421 and 0x419", ANOTHER_CHIP);
     Ok(figures)
 }
 

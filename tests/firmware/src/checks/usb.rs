@@ -27,6 +27,8 @@ const RESET_US: f64 = 1_000.0;
 const BEFORE: usize = 300;
 /// The device's identification, as docs/hardware.md has it.
 const VENDOR: u16 = 0x16C0;
+/// The number of the emulated chip as three little-endian words, the last one first.
+const SERIAL: &str = "37303477657263736461656C";
 const PRODUCT: u16 = 0x27DD;
 /// The number of `$$` lists that nobody reads for a while, six times the board's output buffer; and
 /// the rows of one list.
@@ -39,7 +41,7 @@ const LONG: &str = "G91 G1 X30 F1500";
 /// lengths.
 fn descriptors(bench: &Bench) -> Result<(), Failure> {
     let answers = bench.machine.usb_answers();
-    let [_, _, device, _, configuration, ..] = answers else {
+    let [_, _, device, _, configuration, serial, ..] = answers else {
         return fail(format!("too few answers: {answers:02x?}"));
     };
     let word = |bytes: &[u8], at: usize| {
@@ -50,6 +52,12 @@ fn descriptors(bench: &Bench) -> Result<(), Failure> {
     // USB 2.0 tables 9-8 and 9-10; class 2 is a communications device.
     let whole = device.len() == 18 && device[4] == 2;
     let ours = word(device, 8) == Some(VENDOR) && word(device, 10) == Some(PRODUCT);
+    // A string (USB 2.0 table 9-16) of the chip's 96 bits, the highest first: `leadscrew407`.
+    let digits: Vec<u8> = SERIAL.bytes().flat_map(|digit| [digit, 0]).collect();
+    let named = device[16] == 3 && serial[..] == [&[50, 3], &digits[..]].concat();
+    ensure(named, || {
+        format!("serial number: {device:02x?} {serial:02x?}")
+    })?;
     let total = word(configuration, 2).map(usize::from);
     ensure(whole && ours && total == Some(configuration.len()), || {
         format!("descriptors: {device:02x?} {configuration:02x?}")
