@@ -49,13 +49,53 @@ const TIME_LIMIT: Duration = Duration::from_secs(120);
 pub(crate) fn run() -> Result<(), Failure> {
     for (board, target) in BOARDS {
         build(board, target)?;
+        println!("{board}: {} bytes of flash", flash(&elf(board, target))?);
     }
     let (board, target) = BOARDS[0];
     let elf = elf(board, target);
+    ensure_documented(flash(&elf)?)?;
     let trace = target_dir().join("pins.log");
     let answers = run_job(&elf, &trace)?;
     println!("{board}: {}", answers.trim().replace("\r\n", " / "));
     compare(&fs::read_to_string(&trace).map_err(Failure::file(&trace))?)
+}
+
+/// The document that says how much flash the first board takes, and how it says so.
+const DOCUMENT: &str = "docs/embedding.md";
+const FLASH: &str = "\nFlash: ";
+/// How far the document may be off, KB.
+const DOCUMENT_OFF: u64 = 7;
+
+/// Bytes of flash that a program takes: code and constants, and the first values of variables.
+fn flash(elf: &Path) -> Result<u64, Failure> {
+    let table = shell::output(Command::new("arm-none-eabi-size").arg(elf))?;
+    let sizes = table.lines().nth(1).map(|line| {
+        let mut words = line.split_whitespace();
+        let mut size = || words.next()?.parse::<u64>().ok();
+        Some(size()? + size()?)
+    });
+    let unreadable = || Failure::unreadable("size", &table);
+    sizes.flatten().ok_or_else(unreadable)
+}
+
+/// Checks the figure of the document, in KB, against the program's bytes.
+fn ensure_documented(bytes: u64) -> Result<(), Failure> {
+    let path = toolchain::root().join(DOCUMENT);
+    let text = fs::read_to_string(&path).map_err(Failure::file(&path))?;
+    let said = documented(&text).ok_or_else(|| Failure::unreadable(DOCUMENT, FLASH))?;
+    let measured = bytes.div_ceil(1000);
+    if measured.abs_diff(said) <= DOCUMENT_OFF {
+        return Ok(());
+    }
+    Err(Failure::finding(format!(
+        "{DOCUMENT}: says {said} KB of flash, measured are {measured}"
+    )))
+}
+
+/// The figure in a text, KB.
+fn documented(text: &str) -> Option<u64> {
+    let (_, rest) = text.split_once(FLASH)?;
+    rest.split_whitespace().next()?.parse().ok()
 }
 
 fn target_dir() -> PathBuf {
@@ -182,5 +222,18 @@ fn compare(trace: &str) -> Result<(), Failure> {
         Ok(())
     } else {
         Err(Failure::Findings(findings))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_document_says_how_much_flash_it_takes() {
+        assert_eq!(documented("a\nFlash: 141 KB on a board"), Some(141));
+        assert_eq!(documented("a Flash: 141 KB"), None);
+        let path = toolchain::root().join(DOCUMENT);
+        assert!(documented(&fs::read_to_string(path).unwrap()).is_some());
     }
 }

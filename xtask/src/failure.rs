@@ -34,8 +34,8 @@ pub(crate) enum Failure {
         /// The text.
         text: String,
     },
-    /// No compiler can build for the microcontroller.
-    NoCompiler,
+    /// No compiler can build for this target.
+    NoCompiler(String),
     /// The command to be counted has no placeholder for the number of lines.
     NoPlaceholder,
     /// The run with twice the lines took fewer instructions.
@@ -76,7 +76,13 @@ impl fmt::Display for Failure {
             } => write!(f, "{program}: {status}\n{words}"),
             Failure::File { path, error } => write!(f, "{}: {error}", path.display()),
             Failure::Unreadable { place, text } => write!(f, "{place}: cannot read `{text}`"),
-            Failure::NoCompiler => f.write_str(NO_COMPILER),
+            Failure::NoCompiler(target) => write!(
+                f,
+                "no Rust compiler for {target}. With rustup:
+    rustup target add {target}
+On Debian 12:
+    apt install rustc-web cargo-web rust-web-src"
+            ),
             Failure::NoPlaceholder => {
                 f.write_str("the command must say {lines} where the number of lines goes")
             }
@@ -90,7 +96,14 @@ impl fmt::Display for Failure {
 
 impl core::error::Error for Failure {}
 
-const NO_COMPILER: &str = "no Rust compiler for thumbv7em-none-eabihf. With rustup:
-    rustup target add thumbv7em-none-eabihf
-On Debian 12:
-    apt install rustc-web cargo-web rust-web-src";
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_compiler_that_is_missing_is_named_by_its_target() {
+        let words = Failure::NoCompiler("wasm32-unknown-unknown".into()).to_string();
+        assert!(words.contains("rustup target add wasm32-unknown-unknown"));
+        assert!(!words.contains("thumb"));
+    }
+}

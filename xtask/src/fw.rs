@@ -14,8 +14,31 @@ use std::{
     process::Command,
 };
 
+const USAGE: &str = "usage: cargo fw [OPTIONS] [ARGUMENTS of `cargo build`]
+    --board NAME|FILE  for a board of crates/boards, or a file that describes one; without it the
+                       board of the machine's file, or the STM32F4-Discovery
+    --machine FILE     for the machine of a file
+    --record           without pins: it reads them from the board's record in the flash
+    --motors 4         with --record: the record says how up to four motors move the axes
+    --run              flash it and show its log (probe-rs)
+The sizes that it prints, and their limits: bench/sizes.txt";
+
 /// The chip of the STM32F4-Discovery, as probe-rs calls it.
 pub(crate) const CHIP: &str = "STM32F407VGTx";
+
+/// The chip of the board that a firmware is for, as probe-rs calls it.
+fn chip(elf: &Path) -> Result<String, Failure> {
+    let symbols = shell::output(Command::new("arm-none-eabi-nm").arg(elf))?;
+    let value = |name| sizes::symbol(&symbols, name).ok_or_else(|| Failure::unreadable("nm", name));
+    Ok(probe_name(value("__chip_pins")?, value("__chip_flash")?))
+}
+
+/// A chip by its pins and its bytes of flash, as probe-rs calls it.
+fn probe_name(pins: u64, flash: u64) -> String {
+    let pins = if pins > 100 { 'Z' } else { 'V' };
+    let flash = if flash > 0x8_0000 { 'G' } else { 'E' };
+    format!("STM32F407{pins}{flash}Tx")
+}
 
 /// The help for a user who has never flashed a board.
 pub(crate) const NO_PROBE_RS: &str = "probe-rs flashes the board and shows its log; it is not installed. One of
@@ -61,6 +84,13 @@ impl Request {
 /// Builds `board-f407`. The `arguments` go to `cargo build`, except `--run`, `--record`, `--motors`,
 /// `--board` and `--machine`.
 pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
+    if arguments
+        .iter()
+        .any(|word| word == "--help" || word == "-h")
+    {
+        println!("{USAGE}");
+        return Ok(());
+    }
     let request = Request::read(arguments);
     let board = request.board.as_deref().map(place);
     let machine = request.machine.as_deref().map(place);
@@ -81,7 +111,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
         return Ok(());
     }
     let mut probe = Command::new("probe-rs");
-    let flashed = shell::run(probe.args(["run", "--chip", CHIP]).arg(&elf));
+    let flashed = shell::run(probe.args(["run", "--chip", &chip(&elf)?]).arg(&elf));
     if let Err(Failure::NotStarted { .. }) = flashed {
         eprintln!("{NO_PROBE_RS}");
     }
@@ -152,12 +182,27 @@ pub(crate) fn build_with(
     variables: &[(&str, &str)],
 ) -> Result<PathBuf, Failure> {
     let mut command = toolchain.build(&toolchain::target_dir())?;
+    command.args(["-p", "board-f407", "--profile", "firmware"]);
+    for config in without_masking::config(toolchain.sources())? {
+        command.arg("--config").arg(config);
+    }
     command
-        .args(["-p", "board-f407", "--profile", "firmware", "--config"])
-        .arg(without_masking::config()?)
         .args(arguments)
         .env("DEFMT_RTT_BUFFER_SIZE", LOG_BYTES)
         .envs(variables.iter().copied());
     shell::run(command.current_dir(toolchain::root()))?;
     Ok(toolchain::firmware_dir().join("board-f407"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_chip_is_flashed_by_its_own_name() {
+        assert_eq!(probe_name(100, 1 << 20), CHIP);
+        assert_eq!(probe_name(100, 512 << 10), "STM32F407VETx");
+        assert_eq!(probe_name(144, 512 << 10), "STM32F407ZETx");
+        assert_eq!(probe_name(144, 1 << 20), "STM32F407ZGTx");
+    }
 }

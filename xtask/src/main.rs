@@ -24,28 +24,28 @@ mod without_masking;
 use std::{env, process::ExitCode};
 
 const USAGE: &str = "usage: cargo xtask COMMAND
-    fw [--board NAME] [--record] [--run] [ARGUMENTS]
-                       build the firmware, for a board of crates/boards or a file that describes one; --record: without
-                       pins, it reads them from the board's record; ARGUMENTS go to `cargo build`; --run flashes it and
-                       shows its log (probe-rs)
+    fw [OPTIONS]       build the firmware: `cargo fw --help`
     fw-test [NAME...]  run the firmware in an emulated STM32F407; --list, --costs,
                        --highest-rate, --rates, --planted; qemu: in QEMU instead
     hil --flash | --port NAME | --emulated | --planted | --wires
-                       the self-test of a board that measures its own edges (docs/hil.md); --baud RATE, --report FILE
-    thumb [FILE...]    build libraries and firmware for the microcontroller, and check what is in them; with FILEs, check
-                       the firmware in these files and build none
+                       the self-test of a board that measures its own edges (docs/hil.md);
+                       --baud RATE, --report FILE
+    thumb [FILE...]    build libraries and firmware for the microcontroller, and check what is in
+                       them; with FILEs, check the firmware in these files and build none
     targets            check the libraries for other processors
     circles            look for files of a crate that import each other in a circle
     boards             build the boards in examples/boards; run the one that QEMU emulates
     bench COMMAND...   count x86-64 instructions per line; COMMAND says {lines} for their number
     page PAGE.html [MACHINE.toml]
-                       write the page of a machine as one file that needs no server: the simulator is in it
-    release [--twice] [BOARD...]
-                       make the files that are handed out, for all boards or those named; --twice makes them in a second
-                       folder, too, and compares
+                       write the page of a machine as one file that needs no server: the simulator
+                       is in it
+    release [--twice] [NAME...]
+                       make the files that are handed out, for all images or those named; --twice
+                       makes them in a second folder, too, and compares
     figures            run what measures, and write docs/figures.md
     icount [--check]   count instructions under QEMU; fail above the budgets
-    senders [NAME...]  run real senders (meerk40t, grbl-streamer, bcnc, websockets, cncjs) against `leadscrew serve`";
+    senders [NAME...]  run real senders (meerk40t, grbl-streamer, bcnc, websockets, cncjs) against
+                       `leadscrew serve`";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
@@ -65,7 +65,14 @@ fn main() -> ExitCode {
         ["senders", ..] => senders::run_all(&arguments[1..]),
         ["targets"] => targets::run(),
         ["thumb", ..] => thumb::run(&arguments[1..]),
-        _ => {
+        ["--help" | "-h" | "help"] => {
+            println!("{USAGE}");
+            Ok(())
+        }
+        words => {
+            if let Some(word) = words.first() {
+                eprintln!("no command `{}`, or not with these arguments", word);
+            }
             eprintln!("{USAGE}");
             return ExitCode::from(2);
         }

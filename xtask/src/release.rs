@@ -63,13 +63,17 @@ const FOLDER: &str = "release";
 
 /// Makes the files in `folder`. Returns their names.
 fn make(names: &[String], folder: &Path) -> Result<Vec<String>, Failure> {
-    let toolchain = Toolchain::find()?;
-    fs::create_dir_all(folder).map_err(Failure::file(folder))?;
     let images = images();
     let is_image = |name: &String| images.iter().any(|(one, _)| one == name);
     if let Some(name) = names.iter().find(|name| !is_image(name)) {
-        return Err(Failure::finding(format!("no image is called {name}")));
+        let known: Vec<&str> = images.iter().map(|(name, _)| *name).collect();
+        let known = known.join(" ");
+        return Err(Failure::finding(format!(
+            "no image is called {name}; there are: {known}"
+        )));
     }
+    let toolchain = Toolchain::find()?;
+    fs::create_dir_all(folder).map_err(Failure::file(folder))?;
     let wanted = |name: &str| names.is_empty() || names.iter().any(|one| one == name);
     let mut files = Vec::new();
     for (name, variables) in images.iter().filter(|(name, _)| wanted(name)) {
@@ -175,6 +179,15 @@ fn copy(options: &[&str], from: &Path, to: &Path) -> Result<(), Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_image_that_is_none_is_told_with_those_that_are() {
+        let said = make(&["nope".to_owned()], Path::new("/nonexistent")).unwrap_err();
+        let said = said.to_string();
+        for name in ["nope", "discovery", "record-4-08008000"] {
+            assert!(said.contains(name), "{said}");
+        }
+    }
 
     #[test]
     fn a_byte_or_a_length_is_a_difference() {

@@ -141,7 +141,7 @@ fn end(listing: &str, name: &str) -> Option<u64> {
 }
 
 /// The value of a symbol, from a line like `10004000 A __stack_top`.
-fn symbol(listing: &str, name: &str) -> Option<u64> {
+pub(crate) fn symbol(listing: &str, name: &str) -> Option<u64> {
     let line = listing
         .lines()
         .find(|line| line.split_whitespace().last() == Some(name))?;

@@ -56,7 +56,7 @@ impl Toolchain {
         let (rustc, cargo) = [("rustc", "cargo"), ("/usr/bin/rustc", "/usr/bin/cargo")]
             .into_iter()
             .find(|(rustc, _)| has_core_sources(rustc))
-            .ok_or(Failure::NoCompiler)?;
+            .ok_or_else(|| Failure::NoCompiler(target.to_owned()))?;
         let linker = find_linker(target);
         eprintln!(
             "compiler: {rustc}, building core from source; linker: {}",
@@ -67,6 +67,14 @@ impl Toolchain {
             cargo,
             linker,
         })
+    }
+
+    /// The folder of the sources of `core`, if they are compiled.
+    pub(crate) fn sources(&self) -> Option<PathBuf> {
+        match self {
+            Self::Prebuilt => None,
+            Self::FromSource { rustc, .. } => Some(sysroot(rustc)?.join(LIBRARY)),
+        }
     }
 
     /// A `cargo build` for [`TARGET`] with artefacts in `target_dir`; the caller adds packages and
@@ -196,11 +204,11 @@ fn has_prebuilt_core(rustc: &str, target: &str) -> bool {
     })
 }
 
+/// The sources of the libraries in a compiler's folder.
+const LIBRARY: &str = "lib/rustlib/src/rust/library";
+
 fn has_core_sources(rustc: &str) -> bool {
-    sysroot(rustc).is_some_and(|dir| {
-        dir.join("lib/rustlib/src/rust/library/core/src/lib.rs")
-            .exists()
-    })
+    sysroot(rustc).is_some_and(|dir| dir.join(LIBRARY).join("core/src/lib.rs").exists())
 }
 
 fn sysroot(rustc: &str) -> Option<PathBuf> {

@@ -21,8 +21,10 @@ const PACKAGE: &str = "cortex-m";
 const MODULE: &str =
     "#[cfg(all(cortex_m, feature = \"critical-section-single-core\"))]\nmod critical_section;\n";
 
-/// The value for `cargo --config`. Makes the copy if there is none yet.
-pub(crate) fn config() -> Result<String, Failure> {
+/// The values for `cargo --config`. Makes the copy if there is none yet. A panic names its file: the
+/// folders of the packages, and that of `sources`, the library `core`, are left out of the names.
+/// So the same sources make the same program, wherever cargo keeps them.
+pub(crate) fn config(sources: Option<PathBuf>) -> Result<[String; 2], Failure> {
     let original = original()?;
     let name = original.file_name().unwrap_or_default();
     let copy = toolchain::target_dir().join("without-masking").join(name);
@@ -30,7 +32,16 @@ pub(crate) fn config() -> Result<String, Failure> {
         make(&original, &copy)?;
     }
     let copy = copy.canonicalize().map_err(Failure::file(&copy))?;
-    Ok(format!("paths=[{:?}]", copy.display().to_string()))
+    let folders = [&original, &copy].map(|package| package.parent().map(Path::to_path_buf));
+    let folders = folders.into_iter().chain([sources]).flatten();
+    let flags: Vec<String> = folders
+        .map(|folder| format!("--remap-path-prefix={}=", folder.display()))
+        .collect();
+    let (paths, target) = ([copy.display().to_string()], toolchain::TARGET);
+    Ok([
+        format!("paths={paths:?}"),
+        format!("target.{target}.rustflags={flags:?}"),
+    ])
 }
 
 /// The folder of the package that cargo has downloaded, now if necessary.
