@@ -301,7 +301,7 @@ const RECORD: Memory = Memory {
 };
 const RECORD_OF_FOUR: Memory = Memory {
     code: 4608,
-    ..USUAL
+    stack: 15,
 };
 
 /// SRAM and core coupled memory, as every F407 has them (data sheet DocID022152 section 2.2).

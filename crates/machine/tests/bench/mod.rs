@@ -110,7 +110,9 @@ impl Board for Pins<'_> {
         self.coolant = output;
     }
     fn last_end(&self) -> Option<&dyn std::fmt::Display> {
-        self.last_end.as_ref().map(|end| end as _)
+        self.last_end
+            .as_ref()
+            .map(|end| end as &dyn std::fmt::Display)
     }
     fn configure(&mut self, port: &PortConfig) {
         self.port = *port;

@@ -147,7 +147,10 @@ impl Case<'_> {
 }
 
 pub(crate) fn polarity(firmware: &Firmware) -> Result<Figures, Failure> {
-    let (printer, inverted) = (firmware.build("machine-file-004")?, firmware.build("inverted")?);
+    let (printer, inverted) = (
+        firmware.build("machine-file-004")?,
+        firmware.build("inverted")?,
+    );
     let cases = [
         Case {
             name: "machine 004, high is on",
