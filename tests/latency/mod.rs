@@ -126,7 +126,7 @@ fn overrides_are_back_at_100_percent_within_a_millisecond_in_every_situation() {
     }
 }
 
-/// As in Grbl, coolant is toggled in Idle, Run and Hold. The spindle is toggled in a hold that is
+/// As in Grbl, coolant is toggled in Idle, Run, Jog and Hold. The spindle is toggled in a hold that is
 /// complete.
 #[test]
 fn coolant_and_spindle_are_switched_within_a_millisecond_where_grbl_switches_them() {
@@ -137,7 +137,10 @@ fn coolant_and_spindle_are_switched_within_a_millisecond_where_grbl_switches_the
                 let may = matches!(
                     (state(session), byte),
                     (State::Hold(Hold::Complete { .. }), _)
-                        | (State::Idle | State::Run | State::Hold(_), 0xA0 | 0xA1)
+                        | (
+                            State::Idle | State::Run | State::Jog(_) | State::Hold(_),
+                            0xA0 | 0xA1
+                        )
                 );
                 session.send(0, [byte]);
                 session.wait_us(ACTS);

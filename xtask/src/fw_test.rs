@@ -65,7 +65,7 @@ const BUILDS: [Build; 22] = [
     ),
     build(
         "record-four",
-        &[WITHOUT_PINS, (fw::MOTORS, "4"), (BOARD, "octopus")],
+        &[WITHOUT_PINS, (fw::MOTORS, "4"), (BOARD, "skr-2")],
     ),
     build("machine-file-000", &[machine!("000")]),
     build("machine-file-001", &[machine!("001")]),

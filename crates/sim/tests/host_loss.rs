@@ -406,6 +406,11 @@ fn what_a_program_needs_is_back_with_a_resume_and_nothing_is_cut_without_it() {
                 session.send(0, "~");
                 session.wait_ms(1_000);
                 assert!(session.is_on(load), "{load:?} {state}");
+                // A spindle takes 4 s to speed up ($712), and motion waits for it.
+                if load == Load::Spindle {
+                    assert_eq!(session.state(), "Hold:0", "{state}");
+                    session.wait_ms(4_000);
+                }
                 assert!(["Run", "Idle"].contains(&session.state().as_str()));
             });
         }

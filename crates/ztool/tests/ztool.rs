@@ -131,10 +131,19 @@ fn a_reset_on_the_way_forgets_where_the_tool_is() {
 }
 
 #[test]
-fn m3_stands_alone_on_its_line() {
+fn the_tool_is_down_before_the_rest_of_its_line_moves() {
     let (mut memory, pins) = (Memory::new(), Pins::default());
     let mut session = boot(&mut memory, tool(&pins));
-    assert_eq!(session.line("M3S1000X1"), ["error:36"]);
+    session.send("G1F600M3X1\n");
+    let mut beside = 0;
+    for _ in 0..10_000 {
+        session.wait_ms(1);
+        let [x, _, z] = session.pins.position;
+        pins.z.set(z);
+        beside += i32::from(x > 0 && z > LOWER);
+    }
+    assert_eq!(session.lines(), ["ok"]);
+    assert_eq!((session.pins.position[0], beside), (250, 0));
 }
 
 /// A nozzle that stays at 25 degrees.
