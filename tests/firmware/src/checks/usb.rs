@@ -41,7 +41,8 @@ const LONG: &str = "G91 G1 X30 F1500";
 /// lengths.
 fn descriptors(bench: &Bench) -> Result<(), Failure> {
     let answers = bench.machine.usb_answers();
-    let [_, _, device, _, configuration, serial, ..] = answers else {
+    // Behind the configuration: the languages, the maker, the product, the serial number.
+    let [_, _, device, _, configuration, _, _, _, serial, ..] = answers else {
         return fail(format!("too few answers: {answers:02x?}"));
     };
     let word = |bytes: &[u8], at: usize| {

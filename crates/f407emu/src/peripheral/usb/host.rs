@@ -72,15 +72,14 @@ impl Request {
 }
 
 /// The requests in order: device descriptor (its first packet), set address, device descriptor,
-/// configuration descriptor (its head, then all of it), the string of the serial number, set
-/// configuration 1, set 115200 baud.
-const REQUESTS: [Request; 8] = [
+/// configuration descriptor (its head, then all of it), set configuration 1, set 115200 baud. The
+/// strings that the device names are asked for behind the configuration.
+const REQUESTS: [Request; 7] = [
     request([0x80, 6, 0, 1, 0, 0, 64, 0]),
     request([0, 5, ADDRESS, 0, 0, 0, 0, 0]),
     request([0x80, 6, 0, 1, 0, 0, 18, 0]),
     request([0x80, 6, 0, 2, 0, 0, 9, 0]),
     request([0x80, 6, 0, 2, 0, 0, 255, 0]),
-    request([0x80, 6, 3, 3, 9, 4, 255, 0]),
     request([0, 9, 1, 0, 0, 0, 0, 0]),
     Request {
         setup: [0x21, 0x20, 0, 0, 0, 0, 7, 0],
