@@ -24,7 +24,7 @@ const CALIBRATION: (&str, [u64; 5]) = ("calibrate", [0, 5, 21, 4, 3]);
 /// the same on this computer.
 const SAME_BITS: &str = "same_bits";
 /// The longest time that QEMU may take for one program, s.
-const TIME_LIMIT: &str = "120";
+const TIME_LIMIT: &str = "300";
 
 /// The counts of a program, by region.
 type Counts = BTreeMap<usize, Count>;
