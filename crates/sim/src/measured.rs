@@ -4,7 +4,7 @@
 pub const STEP_EDGE: u32 = 47;
 
 /// From the timer's compare to the power that changes with a step: the median.
-pub const POWER_EDGE: u32 = 59;
+pub const POWER_EDGE: u32 = 60;
 
 /// A tick at which three motors step and power changes: the median.
 pub const STEP: u32 = 185;
@@ -28,37 +28,37 @@ pub const PULSE_EDGE: u32 = 37;
 pub const PULSE_END: u32 = 68;
 
 /// The interrupts of a switch's edge and of the end of its filter's time.
-pub const SWITCHES: u32 = 698;
+pub const SWITCHES: u32 = 713;
 
 /// To receive a byte of a line of 2 Mbaud that never rests.
-pub const BYTE_IN: u32 = 85;
+pub const BYTE_IN: u32 = 93;
 
 /// To send a byte of `ok`.
 pub const BYTE_OUT: u32 = 70;
 
 /// A turn of the main loop at rest.
-pub const POLL: u32 = 4183;
+pub const POLL: u32 = 4834;
 
 /// A byte taken from the receive queue, or given to the sender.
-pub const BYTE: u32 = 95;
+pub const BYTE: u32 = 76;
 
 /// A line of seven words, none of them a place, checked and interpreted, and answered.
-pub const LINE: u32 = 1184;
+pub const LINE: u32 = 1873;
 
 /// A move planned, and its words: in the mean of a thousand.
-pub const PLANNED_MOVE: u32 = 8664;
+pub const PLANNED_MOVE: u32 = 9019;
 
 /// A move that became part of a row of pixels, and its words: in the mean of a thousand.
-pub const PIXEL: u32 = 3051;
+pub const PIXEL: u32 = 2797;
 
 /// To make a segment, and to find no room for the next: in the mean of a thousand moves.
-pub const SEGMENT: u32 = 1921;
+pub const SEGMENT: u32 = 1698;
 
 /// A queued move whose time is added up for a report.
-pub const TIMED: u32 = 4471;
+pub const TIMED: u32 = 4560;
 
 /// A status report.
-pub const REPORT: u32 = 11129;
+pub const REPORT: u32 = 12429;
 
 /// A hundred instructions of the main loop, while a thousand moves are planned.
-pub const HUNDRED_INSTRUCTIONS: u32 = 187;
+pub const HUNDRED_INSTRUCTIONS: u32 = 189;
