@@ -34,7 +34,7 @@ pub(super) struct ServeArgs {
     pub(super) allow: Vec<String>,
     /// The token at the end of the page's address: 16 to 128 letters, digits, - or _. With this
     /// option the address is the same after a restart; without it each start makes a new token.
-    #[arg(long, value_name = "TEXT", requires = "ws", value_parser = token)]
+    #[arg(long, value_name = "TEXT", requires = "ws", value_parser = token, allow_hyphen_values = true)]
     pub(super) token: Option<Token>,
     /// The machine, a TOML file; without it a stock Grbl without switches. See examples/machines.
     #[arg(long, value_name = "FILE")]
