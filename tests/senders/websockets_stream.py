@@ -6,6 +6,7 @@ more than it reads. Then FILE by counting characters, with reports in between.
 exit 0 all as it should be; 4 error; 5 alarm; 6 timeout; 8 an answer that should not be"""
 import asyncio, contextlib, sys, time
 from websockets.asyncio.client import connect
+from websockets.exceptions import InvalidStatus
 
 WINDOW, POLL, PATIENCE = 128, 0.04, 60
 url, file = sys.argv[1], sys.argv[2]
@@ -126,12 +127,24 @@ async def stream(port):
     return await port.report("Idle")
 
 
+async def free_line():
+    """Connects once the line is free: what the flood has sent is still being read, 128 KB a second."""
+    until = time.monotonic() + 100
+    while True:
+        try:
+            return await connect(url, subprotocols=["arduino"])
+        except InvalidStatus:
+            if time.monotonic() > until:
+                raise
+            await asyncio.sleep(0.1)
+
+
 async def main():
     async with connect(url) as socket:
         await frames(socket)
     async with connect(url, max_queue=None) as socket:
         await flood(socket)
-    async with connect(url, subprotocols=["arduino"]) as socket:
+    async with await free_line() as socket:
         if socket.subprotocol != "arduino":
             end(8, f"subprotocol {socket.subprotocol}")
         port = Port(socket)
