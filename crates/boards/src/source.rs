@@ -204,7 +204,7 @@ pub(crate) fn own() -> Own {{
             true => MANY_MOTORS,
             false => USUAL,
         };
-        self.script(end, memory, "FLASH", &text)
+        self.script(end, memory, &text)
     }
 
     /// The linker's memory map of an image that reads its board from a record. The record's sector
@@ -220,8 +220,8 @@ pub(crate) fn own() -> Own {{
             size: (sector.begin - self.start).min(SMALLEST) - VECTORS,
         };
         let text = format!(
-            "/* The board's record; the code is behind it. Constants and the code of the step interrupts, which is copied to SRAM, are
-   in front: the vector table's sector has room for them, which a chip of 512 KiB needs. */
+            "/* The board's record; the code is behind it, and constants are in front: the vector table's sector has room for them,
+   which a chip of 512 KiB needs. */
 __record = {:#010X};
 _stext = {:#010X};
 MEMORY
@@ -246,13 +246,12 @@ SECTIONS
             true => RECORD_OF_FOUR,
             false => RECORD,
         };
-        Some(self.script(end, memory, "FRONT", &text))
+        Some(self.script(end, memory, &text))
     }
 
-    /// The script for a program from the board's `start` on, which ends in front of `end`. The step
-    /// interrupts' code is copied at the start from the region `load`. `cargo xtask thumb` reads from
-    /// the script's symbols how much of the flash is free.
-    fn script(&self, end: u32, memory: Memory, load: &str, text: &str) -> String {
+    /// The script for a program from the board's `start` on, which ends in front of `end`. `cargo
+    /// xtask thumb` reads from its symbols how much of the flash is free.
+    fn script(&self, end: u32, memory: Memory, text: &str) -> String {
         let Memory { stack, .. } = memory;
         let (start, length) = (self.start, (end - self.start) >> 10);
         let (ram, chip, pins) = (ram(memory), self.chip.flash(), self.chip.pins());
@@ -264,8 +263,7 @@ SECTIONS
 __flash_end = {end:#010X};
 __chip_flash = {chip:#X};
 __chip_pins = {pins};
-{text}REGION_ALIAS(\"FAST_LOAD\", {load});
-{STACK}__stack_top = ORIGIN(CCM) + {stack}K;
+{text}{STACK}__stack_top = ORIGIN(CCM) + {stack}K;
 "
         )
     }
