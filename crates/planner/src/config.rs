@@ -1,7 +1,8 @@
 //! The planner's knowledge of the machine, and the numbers derived from it.
 
+use crate::ease::Ease;
 use crate::path::short::STEPS;
-use crate::real::{max, norm2, sqrt};
+use crate::real::{max, min, norm2, sqrt};
 use crate::{Kinematics, StepsPerMm};
 use core::array::from_fn;
 use leadscrew_stepper::Ticks;
@@ -85,6 +86,22 @@ impl<const AXES: usize> Default for Config<AXES> {
     }
 }
 
+impl<const AXES: usize> Config<AXES> {
+    /// The longest time that any motion takes to stop, seconds. It is the time of the axis that
+    /// takes longest by itself: no path of several axes takes longer. The machine asks how much
+    /// motion is to wait in the queue.
+    pub fn longest_stop(&self) -> f32 {
+        let ease = Ease::new(self);
+        let (most, mean) = ease.map_or((f32::INFINITY, 0.0), |ease| {
+            (ease.acceleration, ease.seconds)
+        });
+        let axes = self.max_rate.iter().zip(&self.acceleration);
+        mean + axes.fold(0.0, |longest: f32, (rate, acceleration)| {
+            max(longest, rate / min(*acceleration, most))
+        })
+    }
+}
+
 /// Shares of the programmed speed at which moves run, in per cent.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -143,6 +160,8 @@ pub(crate) struct Limits<const AXES: usize> {
     /// `short`).
     pub(crate) short2: f32,
     pub(crate) unit: SpeedUnit,
+    /// The average over the plan, if the jerk is limited.
+    pub(crate) ease: Option<Ease>,
 }
 
 impl<const AXES: usize> Limits<AXES> {
@@ -168,6 +187,7 @@ impl<const AXES: usize> Limits<AXES> {
             step_rate: config.timer_hz as f32 / config.shortest_tick.0.max(1) as f32,
             deviation: config.junction_deviation,
             unit: SpeedUnit::for_top_speed(sqrt(norm2(&config.max_rate))),
+            ease: Ease::new(config),
         }
     }
 }

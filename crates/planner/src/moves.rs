@@ -226,6 +226,20 @@ impl<const AXES: usize, const MOTORS: usize> PlannedMove<AXES, MOTORS> {
         self.is_straight() && self.corner < u32::MAX
     }
 
+    /// With a jerk limit `bend` holds the numbers `b` and `q` of the law of the curve at the move's
+    /// start (see `zones`), once the turn there is known.
+    pub(crate) fn law(&self) -> [f32; 2] {
+        let mut numbers = self.bend.iter().copied();
+        [0.0; 2].map(|none| numbers.next().unwrap_or(none))
+    }
+
+    /// Sets the numbers of [`PlannedMove::law`].
+    pub(crate) fn set_law(&mut self, law: [f32; 2]) {
+        for (number, law) in self.bend.iter_mut().zip(law) {
+            *number = law;
+        }
+    }
+
     /// Whether `of` is a straight move that differs from this one only in its target.
     pub(crate) fn goes_on_with(&self, of: &Move<AXES>) -> bool {
         self.pixels == 0

@@ -4,8 +4,8 @@
 //! speeds at the borders of blocks. Here the speed at the start of every move is found, and with it
 //! the ramps of the move. In this calculation each part of a move counts as a single step.
 //!
-//! With a jerk limit the sum is an estimate: a ramp counts with the mean acceleration that it has
-//! from rest to the nominal speed.
+//! With a jerk limit the sum is an estimate: the plan slows down a little before slow places, which
+//! is left out.
 //!
 //! Moves may begin and be queued while the sum is under way. The time of a move that ends meanwhile
 //! still counts: an error of some milliseconds.
@@ -17,7 +17,6 @@ use crate::space::axis_limits::AxisLimits;
 use crate::space::axis_limits::Whereabouts;
 use crate::speed::plan::{Place, Plan};
 use crate::speed::profile::Trapezoid;
-use crate::speed::ramp::{self, Limits};
 use crate::{Kinematics, Planner, Segmenter};
 
 /// A sum under way.
@@ -57,7 +56,6 @@ where
                 steps: left,
                 way: 0.0,
                 at_start: false,
-                brakes_to_rest: false,
             };
             let (more, end) = over.from(at, &self.axis_limits());
             (seconds, speed) = (seconds + more, end);
@@ -124,14 +122,10 @@ impl<const AXES: usize, const MOTORS: usize> Over<'_, AXES, MOTORS> {
         loop {
             let course = axis_limits.course(self.planned, self.after, at, self.limit_v2);
             let nominal = min(self.nominal, sqrt(course.top_v2));
-            let [up, down] = match axis_limits.jerk > 0.0 {
-                true => [mean(course.up, axis_limits.jerk, nominal); 2],
-                false => [course.up, course.down],
-            };
             let part = Stretch {
                 length: at.steps_to(course.steps_after) / per_mm,
-                up,
-                down,
+                up: course.up,
+                down: course.down,
                 nominal,
                 entry: speed,
                 limit_v2: course.exit_v2,
@@ -146,15 +140,9 @@ impl<const AXES: usize, const MOTORS: usize> Over<'_, AXES, MOTORS> {
                 steps: course.steps_after,
                 way: 0.0,
                 at_start: false,
-                brakes_to_rest: false,
             };
         }
     }
-}
-
-/// The mean acceleration of a ramp from rest to `speed`, mm/s², with limits in mm/s² and mm/s³.
-fn mean(acceleration: f32, jerk: f32, speed: f32) -> f32 {
-    speed / ramp::duration(0.0, speed, Limits { acceleration, jerk })
 }
 
 /// A part of a move. The length is in mm, accelerations are in mm/s², speeds in mm/s, and the limit
@@ -175,7 +163,6 @@ impl Stretch {
         let profile = Trapezoid::new(&Plan {
             start: Place::at(0),
             end: 1,
-            beyond: 0.0,
             entry_v2: self.entry * self.entry * per_mm * per_mm,
             cruise: self.nominal * per_mm,
             exit_v2: self.limit_v2 * per_mm * per_mm,

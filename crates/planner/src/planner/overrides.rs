@@ -26,7 +26,7 @@ where
             return Ok(());
         }
         self.overrides = overrides;
-        let last = self.queue.last_planned();
+        let last = self.queue.last_settled();
         self.nominal_before = last.map(|last| nominal(overrides, last));
         self.queue.begin_renewal();
         self.renew();

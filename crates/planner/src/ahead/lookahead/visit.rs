@@ -1,5 +1,4 @@
-//! Looks at planned moves without changing them: for ramps that go on in later moves, for reports
-//! and for the explanation of a job.
+//! Looks at planned moves without changing them: for reports and for the explanation of a job.
 
 use super::{Braking, LookAhead};
 use crate::moves::PlannedMove;
@@ -8,18 +7,13 @@ use crate::moves::PlannedMove;
 const VISITED: usize = 4;
 
 impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
-    /// The planned move at `index`; the running one is the first.
-    pub(crate) fn planned(&self, index: usize) -> Option<&PlannedMove<AXES, MOTORS>> {
-        self.moves.get(index).filter(|_| index < self.planned)
-    }
-
     /// The slow move ahead: the limit at its start bounds the speed at the start of the next move
     /// to run. `None` where the rest at the end of the plan bounds it.
     pub(crate) fn slow_start(
         &self,
         braking: &impl Braking<AXES, MOTORS>,
     ) -> Option<&PlannedMove<AXES, MOTORS>> {
-        let next = usize::from(self.running);
+        let next = self.begun();
         if self.is_bound_by_end() {
             return None;
         }
@@ -88,7 +82,7 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
         guess: impl Fn(usize, &PlannedMove<AXES, MOTORS>) -> PlannedMove<AXES, MOTORS>,
         mut visit: impl FnMut(&PlannedMove<AXES, MOTORS>, Option<&PlannedMove<AXES, MOTORS>>, u32),
     ) -> Option<u16> {
-        let (waiting, len) = (usize::from(self.running), self.moves.storage_len());
+        let (waiting, len) = (self.begun(), self.moves.storage_len());
         let asked = usize::from(from.wrapping_sub(self.first));
         let begin = if asked > len {
             waiting // the move has begun since
@@ -99,7 +93,7 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
         let end = (begin + (1 << self.block_bits) - into).min(len);
         let at = |index: usize| {
             let of = self.moves.get(index)?;
-            let unplanned = index.checked_sub(self.planned);
+            let unplanned = index.checked_sub(self.settled);
             Some(unplanned.map_or(*of, |count| guess(count, of)))
         };
         let known = end + usize::from(self.is_inside(end)) * (len - end);
