@@ -263,7 +263,8 @@ impl Printer {
             let mut bytes = axis.bytes();
             let letter = bytes.next().map_or(b' ', |byte| byte.to_ascii_uppercase());
             let is_number = bytes.all(|b| b.is_ascii_digit() || b == b'.');
-            // How a printer homes: without its mesh, only if needed, raised by so much.
+            // These letters tell a printer how to home: W without its mesh, O only if needed, R and
+            // L with the nozzle raised.
             if b"WORL".contains(&letter) && is_number {
                 continue;
             }

@@ -61,7 +61,8 @@ pub trait Follow {
     fn refuses(&mut self, raw: &[u8]) -> bool;
     /// The effects of the line under way.
     fn last(&self) -> Done;
-    /// Likely mistakes in the line under way, each kind once in a program.
+    /// Returns the likely mistakes in the line that was checked last. Each kind is told once in a
+    /// program.
     fn doubts(&mut self) -> Vec<Doubt>;
     /// Takes the end of the program, whose last line is number `last`. Returns likely mistakes that
     /// only a whole program shows, each with a line and its text.
@@ -104,10 +105,11 @@ struct Checker<const AXES: usize> {
     moves: bool,
     /// The effects of the line under way.
     last: Done,
-    /// The line under way, as long as a doubt may need it.
+    /// The text of the line that is being checked. It is kept until the program has switched its
+    /// spindle on and made a feed move with power: a doubt at the end may quote it.
     raw: Vec<u8>,
     habits: Habits,
-    /// The line under way moves in machine coordinates.
+    /// True if the line that is being checked moves in machine coordinates.
     in_machine_coordinates: bool,
     spans: Spans<AXES>,
     /// Axes that the program has homed: their places are known.

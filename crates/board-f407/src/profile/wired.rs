@@ -82,6 +82,7 @@ pub(crate) struct Profile {
     pub(crate) door: Option<Input>,
     /// The outputs of M62 to M65.
     pub(crate) synchronised: &'static [Output],
+    // A board's file always names these pins; only a build with heaters drives them.
     /// The switches of heaters.
     #[cfg_attr(not(heaters), allow(dead_code))]
     pub(crate) heaters: &'static [Output],

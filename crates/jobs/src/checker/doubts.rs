@@ -34,7 +34,7 @@ struct Place {
 /// The habits of a program so far.
 #[derive(Default)]
 pub(super) struct Habits {
-    /// Doubts about the line under way.
+    /// Doubts about the line that is being checked.
     pub(super) found: Vec<Doubt>,
     /// Remarks that have been told.
     told: Vec<Remark>,
@@ -51,7 +51,7 @@ pub(super) struct Habits {
 }
 
 impl Habits {
-    /// Returns true as long as a doubt may be about the line under way at the end.
+    /// Returns true if a doubt at the end of the program may quote the line that is being checked.
     pub(super) fn may_need_lines(&self) -> bool {
         self.switched_on.is_none() || self.powered.is_none()
     }

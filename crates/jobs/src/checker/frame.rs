@@ -111,8 +111,8 @@ impl<const AXES: usize> Checker<AXES> {
         }
     }
 
-    /// The targets that count against the travel: all of them, or only those of axes that the
-    /// program has homed. The others count as 0, which is within it.
+    /// Returns the coordinates that count against the travel. Without soft limits and a known
+    /// origin only homed axes count; the others are 0, which lies within the travel.
     pub(super) fn judged(&self, target: &[Coordinate; AXES]) -> [Coordinate; AXES] {
         let counts_all = self.settings.is_on(Setting::SoftLimits) || self.travel_counts;
         std::array::from_fn(|axis| match counts_all || self.homed >> axis & 1 == 1 {
