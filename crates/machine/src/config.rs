@@ -13,7 +13,6 @@ use leadscrew_interpreter::{Context, OwnCodes, ToolTable};
 use leadscrew_planner::{Coordinate, PixelQueue, Queue, SmallQueue, USUAL_BLOCKS};
 
 pub use crate::segment_queue::{SegmentQueue, SegmentSender, SEGMENTS};
-pub use crate::valid::ConfigError;
 pub(crate) use leadscrew_interpreter::axes::WITHOUT_EXTRUDER;
 pub use leadscrew_interpreter::axes::{extruder, AxisKind};
 pub use leadscrew_interpreter::Dialect;

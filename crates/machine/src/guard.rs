@@ -13,7 +13,7 @@
 //! | the sender is silent, or sends no G-code, for a time ([`Load::limits`]) | dark | off | off | off | off |
 //! | the sender is gone | M5 after its lines | silent | silent | silent | silent |
 //!
-//! The last two rows are this module's. Time counts while what is on is left to itself: motion
+//! The last two rows are [`Machine`](crate::machine::Machine)'s watch over its sender. Time counts while what is on is left to itself: motion
 //! rests, and no wait of a line is under way that ends by itself. Heaters count in a dwell, too.
 //!
 //! A spindle, coolant or outputs leave the machine in a hold: what a program needs is back with `~`,
@@ -21,15 +21,9 @@
 //! on again with the first `~`; the hold ends with a `~` once they are warm. In an alarm and in
 //! check mode nothing goes on, so everything is off for good.
 
-use crate::board::{Board, ChannelId, CoolantOutput, Duration, Instant, SpindleOutput};
-use crate::extension::{Event, Extension};
-use crate::machine::Machine;
-use crate::protocol::message::{Message, WentOff};
+use crate::board::{Duration, Instant};
 use crate::settings::table::Setting;
 use crate::settings::values::Settings;
-use crate::state::State;
-use leadscrew_planner::Kinematics;
-use leadscrew_stepper::Power;
 
 /// Something that heats, turns or burns.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -81,7 +75,7 @@ struct Watch {
 
 /// How long a load stays on.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-struct Limits {
+pub(crate) struct Limits {
     silent: Duration,
     /// `None`: for as long as the sender is heard.
     unfed: Option<Duration>,
@@ -89,7 +83,7 @@ struct Limits {
 
 /// Why a load goes off.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Why {
+pub(crate) enum Why {
     Silent,
     Unfed,
 }
@@ -123,7 +117,7 @@ impl Guard {
     /// Looks at a load: `limits`: how long it may stay on, if it is on and left to itself; `heard`:
     /// a byte of its sender has come since the last look. Returns the reason, once, when the load
     /// is to go off.
-    fn watch(
+    pub(crate) fn watch(
         &mut self,
         load: Load,
         limits: Option<Limits>,
@@ -154,9 +148,29 @@ impl Guard {
         Some(why)
     }
 
-    fn watched(&self) -> impl Iterator<Item = (Load, &Watch)> {
+    /// When a load of `kind` goes off if nothing is heard until then.
+    pub(crate) fn end<const AXES: usize>(
+        &self,
+        kind: impl Fn(Load) -> bool,
+        settings: &Settings<AXES>,
+    ) -> Option<Instant> {
         let all = Load::ALL.iter().zip(&self.watches);
-        all.filter_map(|(load, watch)| Some((*load, watch.as_ref()?)))
+        let watched = all.filter_map(|(load, watch)| Some((*load, watch.as_ref()?)));
+        watched
+            .filter(|(load, _)| kind(*load))
+            .filter_map(|(load, watch)| Some(watch.end(Limits::of(load, settings)?).0))
+            .min()
+    }
+}
+
+impl Limits {
+    /// Those of a load; `None` if it stays on without its sender.
+    pub(crate) fn of<const AXES: usize>(load: Load, settings: &Settings<AXES>) -> Option<Self> {
+        let (_, silence, unfed) = load.limits();
+        Some(Self {
+            silent: seconds(settings, silence)?,
+            unfed: seconds(settings, unfed),
+        })
     }
 }
 
@@ -168,132 +182,6 @@ fn seconds<const AXES: usize>(settings: &Settings<AXES>, setting: Setting) -> Op
         .unsigned_abs()
         .div_ceil(1_000);
     (micros > 0).then(|| Duration::from_ticks(micros))
-}
-
-impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
-where
-    K: Kinematics<AXES, MOTORS> + Clone,
-    X: Extension<AXES>,
-{
-    /// Switches off what is left to itself without its sender for too long. Main loop, at every
-    /// turn.
-    pub(crate) fn watch_sender<B: Board>(&mut self, board: &mut B, now: Instant) {
-        let heard = self.console.take_heard(self.program.owner) && !self.guard.is_gone;
-        let rests = self.is_left_to_itself();
-        for load in Load::ALL {
-            let on = rests && self.is_left_on(load);
-            let limits = if on { self.limits(load) } else { None };
-            if let Some(why) = self.guard.watch(load, limits, heard, now) {
-                self.switch_off(load, board, now);
-                self.say_off(load, why);
-            }
-        }
-        self.guard.fed = false;
-    }
-
-    /// When a load goes off if nothing is heard until then. `chores`: of those that an extension
-    /// has, which works at its own times in any case; otherwise of the others.
-    pub(crate) fn load_ends(&self, chores: bool) -> Option<Instant> {
-        let watched = self.guard.watched();
-        let of_kind = watched.filter(|(load, _)| (*load == Load::Heat) == chores);
-        of_kind
-            .filter_map(|(load, watch)| Some(watch.end(self.limits(load)?).0))
-            .min()
-    }
-
-    fn limits(&self, load: Load) -> Option<Limits> {
-        let (_, silence, unfed) = load.limits();
-        Some(Limits {
-            silent: seconds(&self.settings, silence)?,
-            unfed: seconds(&self.settings, unfed),
-        })
-    }
-
-    fn say_off(&mut self, load: Load, why: Why) {
-        let (what, silence, unfed) = load.limits();
-        let (why, setting) = match why {
-            Why::Silent if load == Load::Heat || load == Load::Outputs => {
-                ("their sender is silent", silence)
-            }
-            Why::Silent => ("its sender is silent", silence),
-            Why::Unfed => ("no G-code has come", unfed),
-        };
-        let setting = setting.row().number;
-        self.console
-            .message(Message::WentOff(WentOff { what, why, setting }));
-    }
-
-    /// Whether motion rests, and no line is under way that ends by itself, but for a dwell.
-    fn is_left_to_itself(&self) -> bool {
-        let runs = self.activity.line.is_running() || self.program.startup.is_running();
-        self.motion.is_at_rest() && !(runs && self.state.takes_lines())
-    }
-
-    /// Whether a load is on at rest, and time counts for it.
-    fn is_left_on(&self, load: Load) -> bool {
-        let dwells = self.activity.line.is_dwelling() && self.state.takes_lines();
-        match load {
-            Load::Laser => self.is_lit_at_rest(),
-            Load::Spindle => {
-                !dwells
-                    && !self.tool.spindle.is_laser()
-                    && self.tool.spindle.output(self.state) != SpindleOutput::Off
-            }
-            Load::Coolant => !dwells && self.tool.coolant.output() != CoolantOutput::default(),
-            Load::Heat => X::IN_USE && self.extension.is_on(load),
-            Load::Outputs => X::IN_USE && !dwells && self.extension.is_on(load),
-        }
-    }
-
-    fn switch_off<B: Board>(&mut self, load: Load, board: &mut B, now: Instant) {
-        if load == Load::Laser {
-            self.stop_cutting();
-            self.guard.is_dark = true;
-            return;
-        }
-        if load != Load::Heat && !self.is_aside() {
-            self.feed_hold(now);
-        }
-        let resumes = self.is_aside() || matches!(self.state, State::Hold(_) | State::Door(_));
-        match load {
-            Load::Spindle if resumes => {
-                self.tool.spindle.suspend();
-                self.update_power();
-                self.console.cadence.overrides_changed();
-            }
-            Load::Spindle => self.switch_spindle_off(board),
-            Load::Coolant if resumes => {
-                self.tool.coolant.suspend(board);
-                self.console.cadence.overrides_changed();
-            }
-            Load::Coolant => self.set_coolant(CoolantOutput::default(), board),
-            Load::Laser | Load::Heat | Load::Outputs => {
-                self.tell_extension(Event::LeftAlone { load, resumes });
-            }
-        }
-    }
-
-    /// Whether a laser is lit at rest with nothing under way that would end that: no motion, no
-    /// dwell, no startup line.
-    pub(crate) fn is_lit_at_rest(&self) -> bool {
-        self.state == State::Idle
-            && self.tool.spindle.is_laser()
-            && self.motion.is_idle()
-            && !self.activity.line.is_busy()
-            && !self.program.startup.is_running()
-            && self.power_at_rest() > Power::OFF
-    }
-
-    /// Notes that a line of G-code has come from `id`. A laser that another sender has lit, or that
-    /// has gone dark because that sender was silent, is switched off: M5.
-    pub(crate) fn take_over<B: Board>(&mut self, id: ChannelId, board: &mut B) {
-        let before = self.program.owner.replace(id);
-        self.guard.is_gone = false;
-        let anothers = before.is_some_and(|before| before != id);
-        if anothers && (self.is_lit_at_rest() || self.guard.is_dark) {
-            self.switch_spindle_off(board);
-        }
-    }
 }
 
 #[cfg(test)]

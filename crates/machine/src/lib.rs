@@ -37,6 +37,7 @@ mod program;
 mod reset;
 mod rules;
 mod segment_queue;
+mod sender;
 mod snapshot;
 pub mod soft_limits;
 pub mod state;
@@ -47,7 +48,7 @@ mod switches;
 mod system;
 pub mod tool;
 mod unsaved;
-mod valid;
+pub mod valid;
 pub mod work;
 
 pub use leadscrew_interpreter as interpreter;

@@ -28,6 +28,7 @@ mod reader;
 mod route;
 mod shape;
 mod tool;
+mod tool_statement;
 mod word;
 mod wrong;
 

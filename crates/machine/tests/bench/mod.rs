@@ -9,14 +9,13 @@
 use leadscrew_machine::board::{
     Board, ChannelId, CoolantOutput, Instant, PortConfig, SpindleOutput, Switches,
 };
-use leadscrew_machine::config::{
-    ConfigError, MachineConfig, MoveQueues, RowPixels, SegmentQueue, CHANNELS,
-};
+use leadscrew_machine::config::{MachineConfig, MoveQueues, RowPixels, SegmentQueue, CHANNELS};
 use leadscrew_machine::extension::Extension;
 use leadscrew_machine::inputs::Inputs;
 use leadscrew_machine::machine::{Links, Machine};
 use leadscrew_machine::protocol::serial::{Receiver, SerialQueue};
 use leadscrew_machine::settings::flash::{Area, SettingsStore};
+use leadscrew_machine::valid::ConfigError;
 use leadscrew_planner::{Cartesian, Kinematics};
 use leadscrew_stepper::{
     on_timer, MotorMask, OutputChange, Power, Segment, Shared, StepInterrupt, StepPort, Ticks,
