@@ -115,7 +115,7 @@ fn as_many_steps_as_grbl_to_the_same_place() {
 #[test]
 fn motion_takes_no_longer_than_grbls() {
     for_each(|grbl, ours| {
-        let ratio = ours.motion_seconds / grbl.motion_seconds();
+        let ratio = ours.step_seconds / grbl.motion_seconds();
         (ratio > most_of(&grbl.name)).then(|| format!("takes {ratio:.5} of Grbl's time"))
     });
 }

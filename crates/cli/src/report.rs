@@ -86,6 +86,7 @@ pub(super) struct RunJson<'a> {
     travel_mm: f64,
     job_seconds: f64,
     motion_seconds: f64,
+    step_seconds: f64,
     axes: BTreeMap<char, JsonAxis>,
     step_events: u64,
     smoothing_ticks: u64,
@@ -150,6 +151,7 @@ impl Report {
             travel_mm: self.travel_mm,
             job_seconds: outcome.job_seconds,
             motion_seconds: outcome.motion_seconds,
+            step_seconds: outcome.step_seconds,
             axes: self
                 .axes()
                 .map(|(name, axis)| (name.to_ascii_lowercase(), axis))
@@ -225,7 +227,7 @@ impl fmt::Display for Report {
             f,
             "motion",
             &format!(
-                "{} from the first to the last step",
+                "{} from the start of the first move to rest",
                 duration(outcome.motion_seconds)
             ),
         )?;

@@ -69,6 +69,8 @@ pub struct SimBoard<O, const MOTORS: usize> {
     pub(crate) violations: Record<Violation>,
     pub(crate) first_step: Cycle,
     pub(crate) last_step: Cycle,
+    /// When the step timer started out of rest for the first time.
+    pub(crate) first_start: Cycle,
     pub(crate) last_rest: Cycle,
     pub(crate) port: PortConfig,
     /// Motors that are mounted the other way round: they move their carriages backwards where
@@ -129,6 +131,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
             violations: Record::default(),
             first_step: Cycle::NEVER,
             last_step: Cycle::ZERO,
+            first_start: Cycle::NEVER,
             last_rest: Cycle::ZERO,
             port: PortConfig {
                 pulse_us: DEFAULT_PULSE_US,
@@ -415,6 +418,7 @@ impl<O: Observer, const MOTORS: usize> Board for SimBoard<O, MOTORS> {
     fn start_stepping(&mut self, now: Instant) -> Instant {
         self.tick_due = self.now;
         self.step_due = self.now;
+        self.first_start = self.first_start.min(self.now);
         self.observer.running(self.now, true);
         now
     }

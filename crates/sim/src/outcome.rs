@@ -39,8 +39,10 @@ pub struct Outcome<const MOTORS: usize> {
     pub first_byte: Cycle,
     /// `job_seconds` in CPU cycles.
     pub job_cycles: u64,
-    /// Time from the first to the last step, s; 0 where there was no step.
+    /// Time from the begin of the first move until motion rests, s; 0 if nothing moved.
     pub motion_seconds: f64,
+    /// Time from the first to the last step, s; 0 if there was no step. An oscilloscope shows it.
+    pub step_seconds: f64,
     /// Each motor.
     pub motors: [MotorOutcome; MOTORS],
     /// Instants at which at least one motor steps.
@@ -82,6 +84,7 @@ impl<const MOTORS: usize> Outcome<MOTORS> {
             first_byte: self.first_byte,
             job_cycles: self.job_cycles,
             motion_seconds: self.motion_seconds,
+            step_seconds: self.step_seconds,
             step_events: self.step_events,
             smoothing_ticks: self.smoothing_ticks,
             dominant_step_events: self.dominant_step_events,
@@ -119,7 +122,8 @@ where
             job_seconds: seconds(job_cycles),
             first_byte: self.first_byte,
             job_cycles,
-            motion_seconds: seconds(board.last_step - board.first_step),
+            motion_seconds: seconds(board.last_rest - board.first_start),
+            step_seconds: seconds(board.last_step - board.first_step),
             motors,
             step_events: board.counts.step_events,
             smoothing_ticks: board.counts.smoothing_ticks(),

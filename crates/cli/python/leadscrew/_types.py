@@ -93,6 +93,7 @@ class Run(TypedDict):
     travel_mm: float
     job_seconds: float
     motion_seconds: float
+    step_seconds: float
     axes: Dict[str, Axis]
     step_events: int
     smoothing_ticks: int

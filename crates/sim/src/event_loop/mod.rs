@@ -490,8 +490,7 @@ mod tests {
             assert_eq!((answers.lines, answers.errors.count()), (1, 0));
             // $110=500 bounds the feed: 10 mm at 8.33 mm/s with ramps of 10 mm/s².
             let ideal = 10.0 / (500.0 / 60.0) + (500.0 / 60.0) / 10.0;
-            let first_step = (2.0f64 * 0.004 / 10.0).sqrt();
-            let error = outcome.motion_seconds - (ideal - first_step);
+            let error = outcome.motion_seconds - ideal;
             assert!(error.abs() < 1e-4, "{error}");
             assert!(
                 outcome.job_seconds < ideal + slowest,
