@@ -2,7 +2,7 @@
 //! sensors.
 use crate::{
     pins::CPU_HZ,
-    steps::{net, Step},
+    steps::{Counter, Step},
     wiring::Switch,
 };
 use leadscrew_f407emu::{Machine, Pin};
@@ -44,9 +44,8 @@ pub(crate) struct Contact {
     /// The switch is closed when the carriage is here or further away from zero, steps.
     place: i64,
     is_closed: bool,
-    /// The number of step events that have been counted, and the carriage's place after them,
-    /// steps.
-    counted: usize,
+    motors: Counter<MOST_MOTORS>,
+    /// The carriage's place after all steps so far, steps.
     at: i64,
 }
 
@@ -58,7 +57,7 @@ impl Contact {
             motor,
             place,
             is_closed: false,
-            counted: 0,
+            motors: Counter::ZERO,
             at: 0,
         }
     }
@@ -70,8 +69,7 @@ impl Contact {
 
     /// The new level of its pin, if the carriage changes it with the latest of all `steps`.
     fn follow(&mut self, steps: &[Step]) -> Option<bool> {
-        self.at += net::<MOST_MOTORS>(&steps[self.counted..])[self.motor];
-        self.counted = steps.len();
+        self.at = self.motors.follow(steps)[self.motor];
         let is_closed = self.beyond() >= 0;
         let changes = is_closed != std::mem::replace(&mut self.is_closed, is_closed);
         changes.then_some(is_closed == self.switch.closed)

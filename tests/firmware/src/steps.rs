@@ -251,6 +251,34 @@ pub(crate) fn net<const MOTORS: usize>(steps: &[Step]) -> [i64; MOTORS] {
     net
 }
 
+/// Counts the steps of motors while they are made. The last step event is counted anew at each
+/// look: where its edges are stores of their own, a look may come between them.
+#[derive(Clone, Debug)]
+pub(crate) struct Counter<const MOTORS: usize> {
+    /// The number of step events that are counted for good, and the net steps in them.
+    counted: usize,
+    steps: [i64; MOTORS],
+}
+
+impl<const MOTORS: usize> Counter<MOTORS> {
+    pub(crate) const ZERO: Self = Counter {
+        counted: 0,
+        steps: [0; MOTORS],
+    };
+
+    /// Returns the net steps of each motor since the first of all `steps`.
+    pub(crate) fn follow(&mut self, steps: &[Step]) -> [i64; MOTORS] {
+        let complete = steps.len().saturating_sub(1);
+        self.steps = sum(self.steps, net(&steps[self.counted..complete]));
+        self.counted = complete;
+        sum(self.steps, net(&steps[complete..]))
+    }
+}
+
+fn sum<const MOTORS: usize>(one: [i64; MOTORS], other: [i64; MOTORS]) -> [i64; MOTORS] {
+    std::array::from_fn(|motor| one[motor] + other[motor])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -270,6 +298,17 @@ mod tests {
     fn steps_are_counted_in_their_direction() {
         let steps = [step(0b011, 0b010), step(0b001, 0), step(0b110, 0b100)];
         assert_eq!(net(&steps), [2, 0, -1]);
+    }
+
+    #[test]
+    fn a_look_between_two_edges_of_an_event_loses_no_step() {
+        let mut counter = Counter::ZERO;
+        assert_eq!(counter.follow(&[]), [0, 0, 0]);
+        assert_eq!(counter.follow(&[step(0b001, 0)]), [1, 0, 0]);
+        assert_eq!(counter.follow(&[step(0b111, 0b100)]), [1, 1, -1]);
+        let steps = [step(0b111, 0b100), step(0b010, 0b010)];
+        assert_eq!(counter.follow(&steps), [1, 0, -1]);
+        assert_eq!(counter.follow(&steps), [1, 0, -1]);
     }
 
     #[test]

@@ -3,7 +3,7 @@ use super::Figures;
 use crate::{
     bench::{ensure, fail, Bench, Failure},
     firmware::{Build, Firmware},
-    steps::net,
+    steps::Counter,
 };
 use std::array::from_fn;
 
@@ -47,21 +47,13 @@ struct Carriages<const MOTORS: usize> {
     /// closed from 0 on.
     begin: [i64; MOTORS],
     position: [i64; MOTORS],
-    /// The number of step events that are counted for good, and the steps of the motors in them.
-    counted: usize,
-    motors: [i64; MOTORS],
+    motors: Counter<MOTORS>,
 }
 
 impl<const MOTORS: usize> Carriages<MOTORS> {
-    /// Follows the motors, and works the switches. The last step event is counted anew at each
-    /// look: where a board's step pins are on two ports, they rise one after the other, and a look
-    /// may come between them.
+    /// Follows the motors, and works the switches.
     fn follow(&mut self, bench: &mut Bench) {
-        let steps = &bench.pins.steps;
-        let complete = steps.len().saturating_sub(1);
-        self.motors = sum(self.motors, net(&steps[self.counted..complete]));
-        self.counted = complete;
-        let carried = self.belts.carry(sum(self.motors, net(&steps[complete..])));
+        let carried = self.belts.carry(self.motors.follow(&bench.pins.steps));
         let now: [i64; MOTORS] = from_fn(|motor| self.begin[motor] + carried[motor]);
         let limits = bench.wiring.limits;
         for ((position, now), limit) in self.position.iter_mut().zip(now).zip(limits) {
@@ -71,10 +63,6 @@ impl<const MOTORS: usize> Carriages<MOTORS> {
             }
         }
     }
-}
-
-fn sum<const MOTORS: usize>(one: [i64; MOTORS], other: [i64; MOTORS]) -> [i64; MOTORS] {
-    from_fn(|motor| one[motor] + other[motor])
 }
 
 /// Homes carriages that are `away` steps from their switches. Returns where they are then, in steps
@@ -91,8 +79,7 @@ fn home<const MOTORS: usize>(
         belts,
         begin: away.map(|steps| -steps),
         position: away.map(|steps| -steps),
-        counted: 0,
-        motors: [0; MOTORS],
+        motors: Counter::ZERO,
     };
     bench.send("$H\n");
     for _ in 0..2_000_000 {
