@@ -436,6 +436,12 @@ pub(crate) const PLANTED: &[Planted] = &[
         &["usb", "boards"],
     ),
     planted(
+        "the nozzle's heater does not go off",
+        GPIOB + 0x18,
+        |word| Some(word & !(1 << 21)),
+        &["heaters"],
+    ),
+    planted(
         "a sensor's pin is an input",
         GPIOB,
         |word| Some(word & !3),

@@ -310,7 +310,7 @@ fn warm_up(bench: &mut Bench) -> Result<(), Failure> {
 }
 
 /// The time from now until both heaters are off, ms.
-fn until_off(bench: &mut Bench, seconds: f64) -> Result<f64, Failure> {
+pub(super) fn until_off(bench: &mut Bench, seconds: f64) -> Result<f64, Failure> {
     let begin = bench.machine.cycle();
     let end = begin + cycles(seconds);
     while HEATERS.iter().any(|pin| bench.machine.level(*pin)) {

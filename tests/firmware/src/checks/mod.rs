@@ -28,6 +28,7 @@ mod supplied;
 mod switches;
 mod timing;
 mod together;
+mod unattended;
 mod update;
 mod usb;
 mod watchdog;
@@ -339,6 +340,18 @@ pub(crate) const CHECKS: &[Check] = &[
         what: "machines 001 to 004 make each job of their READMEs, from its import to its end",
         needs: &["machine-file-001", "machine-file-002", "machine-file-003", "machine-file-004"],
         run: supplied::supplied_jobs,
+    },
+    Check {
+        name: "heaters",
+        what: "heaters go off when their sender is silent for $722, and at 0x18: at rest, in M0, at the door",
+        needs: &["machine-file-004"],
+        run: unattended::heaters,
+    },
+    Check {
+        name: "no-interrupt",
+        what: "the step interrupt does not come: an alarm that says so within 130 ms",
+        needs: USUAL,
+        run: unattended::no_step_interrupt,
     },
     Check {
         name: "endings",
