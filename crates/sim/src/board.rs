@@ -27,7 +27,9 @@ use leadscrew_machine::board::{
 };
 use leadscrew_machine::explain::{Committed, Explain, PlannedMove};
 use leadscrew_outputs::OutputPort;
-use leadscrew_stepper::{MotorMask, OutputChange, Power, StepPort, Ticks, MAX_SMOOTHING_LEVEL};
+use leadscrew_stepper::{
+    Glide, MotorMask, OutputChange, Power, StepPort, Ticks, MAX_SMOOTHING_LEVEL,
+};
 
 /// The parts into which a step of the dominant motor (the motor with the most steps in a move) is
 /// divided: the ticks in a step at the finest step smoothing.
@@ -235,6 +237,21 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         let counts = u64::from(to_last.0) + u64::from(wait.0);
         self.tick_due = self.tick_due + counts * CYCLES_PER_COUNT;
         self.step_due = self.tick_due;
+    }
+
+    /// Whether a motor has stepped since power-up.
+    pub(crate) fn has_stepped(&self) -> bool {
+        self.first_step != Cycle::NEVER
+    }
+
+    /// Takes the steps of `ticks` ticks at once, and arms the tick after them. Returns at how many
+    /// instants motors stepped, at least.
+    pub(crate) fn glide(&mut self, ticks: u32, glide: &Glide<MOTORS>) -> u64 {
+        let events = u64::from(glide.steps.iter().copied().max().unwrap_or(0));
+        self.counts.step_events += events;
+        self.plant.carry(&glide.steps);
+        self.pass_ticks(ticks, glide.waits);
+        events
     }
 
     /// Lets the step pins fall, then sets the directions that waited for the end of the pulse.

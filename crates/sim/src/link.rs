@@ -91,6 +91,10 @@ pub(crate) struct Link {
     sending: VecDeque<u8>,
     /// When the first byte of `sending` will have left.
     sent: Cycle,
+    /// The least time from the end of a line of text to the next, cycles.
+    line_time: u64,
+    /// Before this instant no line of text ends.
+    line_due: Cycle,
 }
 
 /// An event on a line.
@@ -109,6 +113,8 @@ impl Link {
             incoming: None,
             sending: VecDeque::new(),
             sent: Cycle::NEVER,
+            line_time: 0,
+            line_due: Cycle::ZERO,
         }
     }
 
@@ -167,6 +173,14 @@ impl Links {
         }
     }
 
+    /// From now on no line of text ends sooner than `cycles` after the one before it, on lines that
+    /// take time: the machine is a slow one.
+    pub(crate) fn pace(&mut self, cycles: u64) {
+        self.links
+            .iter_mut()
+            .for_each(|link| link.line_time = cycles);
+    }
+
     pub(crate) fn count(&self) -> usize {
         self.links.len()
     }
@@ -213,7 +227,14 @@ impl Links {
             return;
         };
         if let (None, Some(byte_time)) = (link.incoming, link.rate.byte_time()) {
-            link.incoming = host.next_byte(channel).map(|byte| (now + byte_time, byte));
+            link.incoming = host.next_byte(channel).map(|byte| {
+                let mut at = now + byte_time;
+                if byte == b'\n' {
+                    at = at.max(link.line_due);
+                    link.line_due = at + link.line_time;
+                }
+                (at, byte)
+            });
             self.due = self.due.min(link.due());
         }
     }

@@ -133,6 +133,21 @@ impl Cpu {
         self.charge(start, u64::from(cycles));
     }
 
+    /// Lengthens the poll under way at `start` by the time of many interrupts.
+    #[inline]
+    pub fn delay(&mut self, start: Cycle, cycles: u64) {
+        if self.main_until > start {
+            self.main_until = self.main_until + cycles;
+        }
+    }
+
+    /// Charges the ends of many pulses, of which the first comes after `start`.
+    #[inline]
+    pub fn charge_pulses(&mut self, start: Cycle, cycles: u64) {
+        self.delay(start, cycles);
+        self.pending += cycles;
+    }
+
     /// Charges an interrupt that is neither a tick nor the end of a pulse.
     #[inline]
     pub fn charge_interrupt(&mut self, start: Cycle, cycles: u32) {

@@ -238,6 +238,13 @@ pub struct Supply {
     pub carriages: Option<[i32; MOST_MOTORS]>,
     /// The times of making steps on its board.
     pub timing: StepTiming,
+    /// Whether only times count: the steps of a segment are made at once.
+    pub glides: bool,
+    /// Whether the lines of a raster become rows; if not, each is a move of its own, as in Grbl.
+    pub joins_rows: bool,
+    /// The least time from one line of a program to the next, µs, on serial lines that take time:
+    /// how long a slow machine takes for a line.
+    pub line_us: u64,
 }
 
 impl Profile {
@@ -252,6 +259,9 @@ impl Profile {
             heat_fault: None,
             carriages: None,
             timing: StepTiming::F407,
+            glides: false,
+            joins_rows: true,
+            line_us: 0,
         }
     }
 
@@ -316,6 +326,9 @@ impl Profile {
             None => self.config(),
         };
         config.step_timing = with.timing;
+        if !with.joins_rows {
+            config.pixels = 0;
+        }
         let mut setup = Setup::new(config, with.rate);
         setup.lines = vec![with.rate; with.lines];
         setup.receive_buffer = usize::from(self.receive_buffer());
@@ -333,6 +346,10 @@ impl Profile {
     ) -> Assembled<'m, AXES, MOTORS> {
         let own = self.extension::<AXES>(with.outputs, with.heat_fault, memory.own_pins());
         let mut simulation = Simulation::extended(memory, setup, self.train(), observer, own);
+        if with.glides {
+            simulation.glide();
+        }
+        simulation.pace(with.line_us);
         simulation.mirror(self.reversed());
         if self.kinematics == Belts::CoreXy {
             simulation.cross_belts();

@@ -23,6 +23,10 @@ pub(crate) struct Stepping<'a, const MOTORS: usize> {
     underruns: u32,
     /// Whether the next interrupt is the first one after a rest.
     at_rest: bool,
+    /// The segment under way ends at rest.
+    ends: bool,
+    /// Segments are passed at once, without steps on pins.
+    glides: bool,
 }
 
 /// Why [`Stepping::run`] returned.
@@ -50,7 +54,14 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
             next_parts: None,
             underruns: 0,
             at_rest: true,
+            ends: false,
+            glides: false,
         }
+    }
+
+    /// From now on passes over the steps of a segment, where no switch is near: only times count.
+    pub(crate) fn glide(&mut self) {
+        self.glides = true;
     }
 
     /// Handles the timer's interrupts that are due up to `horizon`, the earliest first. Returns
@@ -70,7 +81,10 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         }
         while board.timer_due() <= horizon {
             if board.pulse_due() == Cycle::NEVER {
-                self.pass_quiet(board, cpu, horizon);
+                match self.glides {
+                    true => self.pass_segment(board, cpu, horizon),
+                    false => self.pass_quiet(board, cpu, horizon),
+                }
                 if board.step_due() > horizon {
                     break;
                 }
@@ -152,6 +166,37 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         cpu.charge_ticks([due, last], calls, self.costs.step);
     }
 
+    /// Passes over the rest of the segment up to `horizon`: the motors move, but no pin does. The
+    /// first step of all and the last step before a rest are made on pins, since times are measured
+    /// from and to them.
+    #[inline]
+    fn pass_segment<O: Observer>(
+        &mut self,
+        board: &mut SimBoard<O, MOTORS>,
+        cpu: &mut Cpu,
+        horizon: Cycle,
+    ) {
+        let (due, left) = (board.step_due(), u32::from(self.ticks_left));
+        let is_free = cpu.tick_start(due) == due && !board.is_late();
+        let is_plain = !self.ends && !self.shared.is_stopped() && board.has_stepped();
+        if left == 0 || !is_free || !is_plain || self.interrupt.is_restricted(self.shared) {
+            return;
+        }
+        let [shortest, longest] = self.interrupt.waits(left).map(cycles_of);
+        if shortest < u64::from(self.costs.step_armed) || !board.plant.is_free_for(left) {
+            return;
+        }
+        let every = longest + CYCLES_PER_COUNT;
+        let calls = u64::from(left - 1).min((horizon - due) / every) as u32 + 1;
+        self.ticks_left -= calls as u16;
+        let glide = self.interrupt.glide(calls, &self.segments, self.shared);
+        let events = board.glide(calls, &glide);
+        let last = due + u64::from(glide.waits[0].0) * CYCLES_PER_COUNT;
+        cpu.charge_ticks([due, last], calls, self.costs.step);
+        cpu.delay(due, u64::from(calls) * u64::from(self.costs.step));
+        cpu.charge_pulses(due, events * u64::from(self.costs.pulse_end));
+    }
+
     /// Looks at the segment that the step interrupt is about to take. Returns the cycles that this
     /// tick takes.
     #[inline(never)]
@@ -159,6 +204,7 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         let next = self.segments.peek().filter(|_| !self.shared.is_stopped());
         let taken = next.map(taken);
         board.observer.segment_taken(at, taken.as_ref());
+        self.ends = next.is_none_or(|segment| segment.at_rest.is_some());
         (self.ticks_left, self.next_parts) = match next {
             Some(segment) => (segment.ticks.get() - 1, Some(parts_per_tick(segment))),
             None => (0, None),

@@ -57,6 +57,12 @@ pub enum Reply<'a> {
 /// file without line ends would fill the memory.
 const LONGEST_LINE: usize = 64 * 1024;
 
+/// The byte that resets the machine.
+const RESET: u8 = 0x18;
+
+/// The beginning of the line that the machine says after a reset.
+const BANNER: &[u8] = b"Grbl ";
+
 /// Takes the machine's replies, in order.
 pub trait Replies {
     /// A reply has come in at `now`.
@@ -122,6 +128,8 @@ pub struct Streamer<R, F> {
     incoming: Vec<u8>,
     state: Sending,
     answered: u64,
+    /// The byte that resets the machine has been sent.
+    resets: bool,
 }
 
 /// Whether there is more to send.
@@ -135,6 +143,8 @@ enum Sending {
     Done,
     /// The machine has locked itself: no further answer comes.
     Locked,
+    /// A byte of the program has reset the machine: it has forgotten the lines it had not answered.
+    Reset,
     /// The reader failed.
     Failed(io::Error),
 }
@@ -155,6 +165,7 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
             incoming: Vec::new(),
             state: Sending::Lines,
             answered: 0,
+            resets: false,
         }
     }
 
@@ -163,7 +174,7 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
         match self.state {
             Sending::Lines | Sending::Awaits => false,
             Sending::Done => self.pending.is_empty(),
-            Sending::Locked | Sending::Failed(_) => true,
+            Sending::Locked | Sending::Reset | Sending::Failed(_) => true,
         }
     }
 
@@ -188,8 +199,19 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
     /// The first line that the machine has left unanswered, and its text; `None` where it owes no
     /// answer.
     pub fn unanswered(&self) -> Option<(u64, Vec<u8>)> {
-        let pending = self.pending.front().filter(|_| !self.is_done())?;
+        let owes = !self.is_done() || self.was_reset();
+        let pending = self.pending.front().filter(|_| owes)?;
         Some((pending.number, self.text_of(pending)))
+    }
+
+    /// Whether a byte of the program has reset the machine.
+    pub fn was_reset(&self) -> bool {
+        matches!(self.state, Sending::Reset)
+    }
+
+    /// The receiver of the replies.
+    pub fn replies(&self) -> &F {
+        &self.replies
     }
 
     /// The text of the first pending line, without its line end.
@@ -206,7 +228,9 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
     pub fn finish(self) -> io::Result<F> {
         match self.state {
             Sending::Failed(error) => Err(error),
-            Sending::Lines | Sending::Awaits | Sending::Done | Sending::Locked => Ok(self.replies),
+            Sending::Lines | Sending::Awaits | Sending::Done | Sending::Locked | Sending::Reset => {
+                Ok(self.replies)
+            }
         }
     }
 
@@ -254,6 +278,10 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
 
     fn reply(&mut self, now: Cycle) {
         let line = std::mem::take(&mut self.incoming);
+        if self.was_reset() {
+            // What is answered now came after the byte that reset the machine.
+            return;
+        }
         match answer(&line) {
             Answer::Ok => self.answer(None, now),
             Answer::Error(code) => self.answer(Some(code), now),
@@ -272,6 +300,7 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
                 );
             }
             Answer::None if line.is_empty() => {}
+            Answer::None if self.resets && line.starts_with(BANNER) => self.state = Sending::Reset,
             Answer::None => self.replies.reply(&Reply::Other(&line), now),
         }
         self.incoming = line;
@@ -325,6 +354,7 @@ impl<R: BufRead, F: Replies> Host for Streamer<R, F> {
         let next = self.text.len().checked_sub(self.unsent)?;
         let byte = self.text.get(next).copied()?;
         self.unsent -= 1;
+        self.resets |= byte == RESET;
         Some(byte)
     }
 
@@ -517,6 +547,21 @@ mod tests {
         sent(&mut locked);
         say(&mut locked, "ALARM:1");
         assert_eq!(locked.unanswered(), None);
+    }
+
+    #[test]
+    fn a_byte_that_resets_the_machine_ends_the_streaming_at_the_oldest_line() {
+        let mut host = stream("G1X1\nG1X2\nG1X3 \u{18}\nG1X4", 64, ());
+        assert_eq!(sent(&mut host).len(), 22);
+        say(&mut host, "ok");
+        say(&mut host, "Grbl 1.1h ['$' for help]");
+        assert!(host.is_done() && host.was_reset());
+        say(&mut host, "ok");
+        assert_eq!(host.unanswered(), Some((2, b"G1X2".to_vec())));
+        let mut started = stream("G1X1\n", 64, ());
+        sent(&mut started);
+        say(&mut started, "Grbl 1.1h ['$' for help]");
+        assert!(!started.is_done(), "the banner of power-up");
     }
 
     #[test]

@@ -70,6 +70,48 @@ impl<const MOTORS: usize> StepInterrupt<MOTORS> {
     }
 }
 
+/// The result of [`StepInterrupt::glide`].
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Glide<const MOTORS: usize> {
+    /// The time from the first of the calls to the last one, and the wait that the last one asks
+    /// for.
+    pub waits: [Ticks; 2],
+    /// The steps of each motor.
+    pub steps: [u32; MOTORS],
+}
+
+impl<const MOTORS: usize> StepInterrupt<MOTORS> {
+    /// Whether motion is stopped, a motor locked or the laser held off, or was until now.
+    pub fn is_restricted(&self, shared: &Shared<MOTORS>) -> bool {
+        shared.is_restricted()
+    }
+
+    /// Does the work of `calls` of [`on_timer`] that take no segment: at least one, and at most as
+    /// many as ticks are left in the segment. Counts the steps, and puts nothing out on pins: the
+    /// power changes with the next segment. Arms no timer.
+    ///
+    /// For simulators that ask for times only, while nothing restricts motion.
+    pub fn glide(
+        &mut self,
+        calls: u32,
+        segments: &Consumer<'_, Segment<MOTORS>>,
+        shared: &Shared<MOTORS>,
+    ) -> Glide<MOTORS> {
+        let (to_last, mut steps) = self.stepper.glide(calls.saturating_sub(1));
+        for (motor, steps) in steps.iter_mut().enumerate() {
+            *steps += u32::from(self.due.contains(motor));
+        }
+        shared.count_many(&steps, &self.sign);
+        self.stepper.take_tick(self.power);
+        find_power(self, segments);
+        self.due = self.stepper.trace();
+        Glide {
+            waits: [to_last, self.stepper.wait()],
+            steps,
+        }
+    }
+}
+
 /// Makes the steps that are due and changes the power with them, then prepares the next tick.
 ///
 /// Returns `true` if this tick looked for a segment: it took longer than others, and there is room

@@ -37,7 +37,7 @@ mod windings;
 #[cfg(test)]
 mod quiet_tests;
 
-pub use interrupt::{on_timer, start, StepInterrupt};
+pub use interrupt::{on_timer, start, Glide, StepInterrupt};
 pub use outputs::OutputChange;
 pub use port::StepPort;
 pub use segment::{

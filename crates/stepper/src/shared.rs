@@ -207,6 +207,17 @@ impl<const MOTORS: usize> Shared<MOTORS> {
         }
     }
 
+    /// As [`Shared::count`], for as many steps of each motor. Simulators only.
+    pub(crate) fn count_many(&self, steps: &[u32; MOTORS], sign: &[i32; MOTORS]) {
+        for (count, (steps, sign)) in self.position.iter().zip(steps.iter().zip(sign)) {
+            let way = steps.cast_signed().wrapping_mul(*sign);
+            count.store(
+                count.load(Ordering::Relaxed).wrapping_add(way),
+                Ordering::Relaxed,
+            );
+        }
+    }
+
     /// Notes that the timer rests. Step interrupt only.
     pub(crate) fn rest(&self) {
         self.running.store(false, Ordering::Release);

@@ -175,6 +175,24 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         Ticks((due >> 32) as u32)
     }
 
+    /// As [`Stepper::pass`], for ticks that may step motors. Returns how often each motor steps, too.
+    pub(crate) fn glide(&mut self, count: u32) -> (Ticks, [u32; MOTORS]) {
+        let mut steps = [0; MOTORS];
+        for (steps, (left, increment)) in
+            steps.iter_mut().zip(self.left.iter().zip(&self.increment))
+        {
+            let way = i64::from(*increment) * i64::from(count) - i64::from(left.cast_signed());
+            let way = u64::try_from(way).unwrap_or(0);
+            let whole = way.div_ceil(u64::from(self.full.max(1)));
+            *steps = count.min(u32::try_from(whole).unwrap_or(count));
+        }
+        let took = self.pass(count);
+        for (left, steps) in self.left.iter_mut().zip(steps) {
+            *left = left.wrapping_add(self.full.wrapping_mul(steps));
+        }
+        (took, steps)
+    }
+
     /// Begins a line; `early` is the earliness in its first segment. Returns whether a motor
     /// reverses.
     #[inline]
@@ -363,6 +381,38 @@ mod tests {
             let whole = (k + 1) % 4 == 0;
             assert_eq!(tick.step.contains(0), whole);
             assert_eq!(tick.step.contains(1), whole);
+        }
+    }
+
+    #[test]
+    fn a_glide_makes_the_steps_of_single_ticks_in_their_time() {
+        for (delta, smoothing, change) in [
+            ([100, 37, -5], Smoothing::None, 0.3),
+            ([100, 99, 1], Smoothing::Fourfold, -0.01),
+            ([3, 2, 0], Smoothing::Fourfold, 0.0),
+        ] {
+            let line = Line::new(delta).unwrap();
+            let ticks = (delta[0] as u16) << smoothing.level();
+            let mut seg = segment(Some(line), ticks, smoothing, Some(Power::OFF));
+            seg.interval_change = IntervalChange::from_num(change);
+            let mut begun = Stepper::new();
+            begun.tick(|| Some(seg));
+            for count in 0..u32::from(ticks) {
+                let (mut many, mut single) = (begun.clone(), begun.clone());
+                let (took, steps) = many.glide(count);
+                let (mut waits, mut made) = (0, [0; 3]);
+                for _ in 0..count {
+                    let Progress::Tick(tick) = single.tick(|| None) else {
+                        panic!("no tick {count}");
+                    };
+                    waits += tick.wait.0;
+                    for (motor, made) in made.iter_mut().enumerate() {
+                        *made += u32::from(tick.step.contains(motor));
+                    }
+                }
+                assert_eq!((took.0, steps), (waits, made), "{delta:?} {count}");
+                assert_eq!(std::format!("{many:?}"), std::format!("{single:?}"));
+            }
         }
     }
 

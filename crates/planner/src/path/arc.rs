@@ -139,6 +139,41 @@ impl<const AXES: usize> Arc<AXES> {
         self.chords
     }
 
+    /// The angle from start to end, radians, positive counter-clockwise.
+    pub const fn angle(&self) -> f32 {
+        self.angle
+    }
+
+    /// Ends of chords among which are the lowest and the highest in each axis of the plane, and the
+    /// end of the arc: for those who ask only how far it reaches. The start is not among them.
+    pub fn extremes(&self) -> impl Iterator<Item = [Coordinate; AXES]> + '_ {
+        let begin = libm::atan2f(self.spoke[1], self.spoke[0]);
+        let (all, each) = (self.angle.abs(), (self.angle / self.chords as f32).abs());
+        let quarters = [0.0, 1.0, 2.0, 3.0].map(move |quarter| {
+            let way = quarter * (0.25 * TAU) - begin;
+            let way = if self.angle < 0.0 { -way } else { way };
+            // `begin` is within half a turn.
+            if way < 0.0 {
+                way + TAU
+            } else if way >= TAU {
+                way - TAU
+            } else {
+                way
+            }
+        });
+        let passed = quarters.into_iter().filter(move |way| *way < all);
+        let chords = passed.flat_map(move |way| {
+            let before = (way / each) as u32;
+            [before, before + 1]
+        });
+        // The end may be nearer to the centre than all chords before it.
+        let chords = chords.chain(core::iter::once(self.chords.saturating_sub(1)));
+        let inner = chords.filter(|chord| (1..self.chords).contains(chord));
+        inner
+            .map(|chord| self.point(chord))
+            .chain(core::iter::once(self.end))
+    }
+
     /// The end of chord number `made`, counted from 1.
     fn point(&self, made: u32) -> [Coordinate; AXES] {
         let share = made as f32 / self.chords as f32;
@@ -236,6 +271,32 @@ mod tests {
             let points: Vec<_> = arc.collect();
             assert!(mm(&points[39])[1] * side > 9.9);
             assert_eq!(points.last(), Some(&at));
+        }
+    }
+
+    #[test]
+    fn extremes_reach_as_far_as_all_chords() {
+        let (start, end) = (point(7.0, 0.3, 0.0), point(0.4, -7.0, 2.0));
+        for (clockwise, at) in [(true, start), (false, start), (true, end), (false, end)] {
+            let centre = offset(-mm(&at)[0], -mm(&at)[1]);
+            let targets = (0..24).map(|part| {
+                let (sin, cos) = (f64::from(part) * 0.26).sin_cos();
+                point(7.0 * cos, 7.0 * sin, 2.0)
+            });
+            for target in targets {
+                let arc = Arc::new(at, target, centre, (0, 1), clockwise, 0.002).unwrap();
+                let ends = |points: &mut dyn Iterator<Item = [Coordinate; 3]>| {
+                    points.fold([at, at], |[low, high], point| {
+                        let of = |pick: fn(Coordinate, Coordinate) -> Coordinate,
+                                  one: [Coordinate; 3]| {
+                            core::array::from_fn(|axis| pick(one[axis], point[axis]))
+                        };
+                        [of(Ord::min, low), of(Ord::max, high)]
+                    })
+                };
+                assert_eq!(ends(&mut arc.extremes()), ends(&mut arc.clone()));
+                assert!(arc.extremes().count() <= 10);
+            }
         }
     }
 

@@ -275,6 +275,18 @@ where
         self.board.mirrored = motors;
     }
 
+    /// From now on only times count: the steps of a segment are made at once, without pins. Peaks and
+    /// pulses are not measured then.
+    pub fn glide(&mut self) {
+        self.stepping.glide();
+    }
+
+    /// Lets no line of text end sooner than `micros` after the one before it, on serial lines that
+    /// take time.
+    pub fn pace(&mut self, micros: u64) {
+        self.board.links.pace(cycles_of_micros(micros));
+    }
+
     /// Puts the carriages of X and Y on crossed belts. To be called at power-up.
     pub fn cross_belts(&mut self) {
         self.board.plant.cross_belts();

@@ -120,6 +120,27 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         }
     }
 
+    /// Whether each motor may make `steps` more steps without passing a switch.
+    pub(crate) fn is_free_for(&self, steps: u32) -> bool {
+        let far = steps.cast_signed();
+        let is_inside = |carriage: &Carriage| {
+            let (low, high) = carriage.window;
+            carriage.position.saturating_sub(far) >= low
+                && carriage.position.saturating_add(far) <= high
+        };
+        self.carriages.iter().all(is_inside)
+    }
+
+    /// Makes many steps of each motor at once, as its direction pin is.
+    pub(crate) fn carry(&mut self, steps: &[u32; MOTORS]) {
+        for (motor, (carriage, steps)) in self.carriages.iter_mut().zip(steps).enumerate() {
+            let by = 1 - 2 * i32::from(self.negative.bits() >> motor & 1);
+            let way = steps.cast_signed().wrapping_mul(by);
+            carriage.position = carriage.position.wrapping_add(way);
+            carriage.pulses += u64::from(*steps);
+        }
+    }
+
     /// Lets all step pins fall; returns the width of the last pulse in cycles.
     #[inline]
     pub fn fall(&mut self, now: Cycle) -> u64 {

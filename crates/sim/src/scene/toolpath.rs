@@ -176,6 +176,26 @@ impl Toolpath {
         });
     }
 
+    /// Continues along a curve of this length, mm, to the last of `points`, X, Y, Z in mm, among
+    /// which are the curve's lowest and highest. For a path that is not drawn.
+    pub fn bend(&mut self, length: f64, points: impl Iterator<Item = [f64; 3]>, kind: StrokeKind) {
+        let is_cut = kind != StrokeKind::Travel;
+        match is_cut {
+            true => self.cut_mm += length,
+            false => self.travel_mm += length,
+        }
+        let begin = self.at;
+        for point in points {
+            self.at = point;
+            if is_cut {
+                self.widen(point);
+            }
+        }
+        if is_cut {
+            self.widen(begin);
+        }
+    }
+
     /// Length of the cuts, mm.
     pub fn cut_mm(&self) -> f64 {
         self.cut_mm
@@ -200,8 +220,11 @@ impl Toolpath {
     }
 
     /// Drilled holes, in order: places where the tool went down at feed rate, and up again or not
-    /// at all, without moving in X or Y. Consecutive strokes at one place are one hole.
+    /// at all, without moving in X or Y. Consecutive strokes at one place are one hole. If some cuts
+    /// have power, a stroke without power makes none: the spindle is off.
     pub fn holes(&self) -> Vec<Hole> {
+        let turns = |one: &Drawn| one.way == Way::Cut && one.power > 0.0;
+        let switches = self.moves().iter().any(turns);
         let mut holes: Vec<Hole> = Vec::new();
         let mut plunge: Option<Hole> = None;
         for pair in self.moves().windows(2) {
@@ -217,7 +240,8 @@ impl Toolpath {
                     bottom: to[2],
                     tool_mm: pair[1].tool_mm,
                 };
-                plunge = (pair[1].way == Way::Cut).then_some(new);
+                let drills = pair[1].way == Way::Cut && (turns(&pair[1]) || !switches);
+                plunge = drills.then_some(new);
             }
         }
         add(&mut holes, plunge);
@@ -379,6 +403,20 @@ mod tests {
             path.go([x, 2.0, -3.0], StrokeKind::cut(0.0));
         }
         assert_eq!(path.holes().len(), 4);
+    }
+
+    #[test]
+    fn a_spindle_that_is_off_drills_no_hole_beside_one_that_turns() {
+        let drill = |last: f64| {
+            let mut path = Toolpath::new([0.0, 0.0, 1.0], true);
+            path.go([5.0, 0.0, 1.0], StrokeKind::Travel);
+            path.go([5.0, 0.0, -2.0], StrokeKind::cut(1.0));
+            path.go([5.0, 0.0, 1.0], StrokeKind::Travel);
+            path.go([0.0, 0.0, 1.0], StrokeKind::Travel);
+            path.go([0.0, 0.0, 0.0], StrokeKind::cut(last));
+            path.holes().len()
+        };
+        assert_eq!([drill(1.0), drill(0.0)], [2, 1]);
     }
 
     #[test]

@@ -8,12 +8,13 @@
 //! Consecutive pieces of one move are one stretch while speed and power go on in the same way.
 
 use super::limit::{Limit, Limits, Machine, Slow, SpeedLimit};
-use super::{Phase, Stretch};
+use super::shares::add_up;
+use super::{Phase, Share, Stretch};
 use crate::clock::Cycle;
 use crate::observer::{Observer, Taken};
 use leadscrew_machine::explain::{Committed, PlannedMove};
 use leadscrew_planner::MoveKind;
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 /// Cuts a job into stretches.
 #[derive(Debug)]
@@ -28,6 +29,8 @@ pub struct Recorder {
     /// The path of one step of the dominant motor in this move, mm.
     mm_per_event: f64,
     stretches: Vec<Raw>,
+    /// The times of stretches that are not kept; `None` where all are.
+    sums: Option<Sums>,
     /// A piece whose end is not known yet.
     begun: Option<Begun>,
     /// Speed where the last piece ends, mm/s.
@@ -60,6 +63,27 @@ struct Raw {
     begins_nominal: bool,
 }
 
+/// Stretches that are added up together.
+const SETTLED: usize = 64;
+
+/// The times of stretches that are not kept.
+#[derive(Debug, Default)]
+struct Sums {
+    /// The first stretch: the machine may have rested for a while before the job began.
+    first: Option<Raw>,
+    cycles: BTreeMap<Limit, u64>,
+}
+
+impl Sums {
+    fn add(&mut self, raw: Raw) {
+        if self.first.is_none() {
+            self.first = Some(raw);
+        } else {
+            *self.cycles.entry(raw.stretch.limit).or_default() += raw.stretch.cycles();
+        }
+    }
+}
+
 impl Raw {
     /// Whether `piece`, which begins a move of `line`, cruises on at this stretch's speed.
     fn is_continued_by(&self, line: u32, piece: &Stretch) -> bool {
@@ -89,10 +113,28 @@ impl Recorder {
             running: None,
             mm_per_event: 0.0,
             stretches: Vec::new(),
+            sums: None,
             begun: None,
             speed: 0.0,
             behind: Slow::Stop,
         }
+    }
+
+    /// As [`Recorder::new`], but only the times of the limits are kept, in memory that does not grow
+    /// with the job: see [`Recorder::shares`].
+    pub fn summing(machine: Machine) -> Self {
+        Self {
+            sums: Some(Sums::default()),
+            ..Self::new(machine)
+        }
+    }
+
+    /// How long each limit binds in the job from `begin` to `end`, longest first.
+    pub fn shares(mut self, begin: Cycle, end: Cycle) -> Vec<Share> {
+        let Sums { first, cycles } = self.sums.take().unwrap_or_default();
+        self.stretches.splice(0..0, first);
+        let kept = self.finish(begin, end, |_| None);
+        add_up(cycles, &kept)
     }
 
     /// The job from `begin` to `end`, cut into stretches without a gap. `file_line` maps
@@ -262,6 +304,25 @@ impl Recorder {
                     .as_ref()
                     .is_some_and(|(_, of)| piece.speed[0] >= of.nominal * (1.0 - SAME)),
         });
+        self.settle();
+    }
+
+    /// Adds up the stretches that no later one can change: all before one that does not brake.
+    fn settle(&mut self) {
+        let is_final = |raw: &Raw| match raw.stretch.phase {
+            Phase::Accelerate | Phase::Cruise => true,
+            Phase::Brake | Phase::Rest => false,
+        };
+        let is_due = self.sums.is_some() && self.stretches.len() > SETTLED;
+        if !is_due || !self.stretches.last().is_some_and(is_final) {
+            return;
+        }
+        self.name_slower_moves();
+        let Some(sums) = &mut self.sums else { return };
+        let last = self.stretches.len().saturating_sub(1);
+        for raw in self.stretches.drain(..last) {
+            sums.add(raw);
+        }
     }
 
     /// Names the limit of the slower move in each stretch that brakes for a slower move. The slower

@@ -14,7 +14,11 @@ pub struct Share {
 
 /// The limits of a job, those that bind longest first.
 pub fn shares(stretches: &[Stretch]) -> Vec<Share> {
-    let mut sums = BTreeMap::new();
+    add_up(BTreeMap::new(), stretches)
+}
+
+/// As [`shares`], beginning with `sums`.
+pub(super) fn add_up(mut sums: BTreeMap<Limit, u64>, stretches: &[Stretch]) -> Vec<Share> {
     for stretch in stretches {
         *sums.entry(stretch.limit).or_insert(0) += stretch.cycles();
     }
