@@ -52,6 +52,28 @@ class Installed(unittest.TestCase):
         self.assertEqual(profile["limits"][0]["limit"], "feed")
         self.assertEqual([one["line"] for one in profile["line_times"]], [1])
 
+    def test_a_check_times_a_job_as_a_run_does_and_grbl_beside_it(self) -> None:
+        text, settings = "G1 X60 F600\n", {110: 6000, 120: 100}
+        run = leadscrew.run(text, settings=settings, like="grbl")
+        check = leadscrew.check(text, settings=settings, time=True, like="grbl")
+        self.assertEqual(check["time"]["motion_seconds"], run["motion_seconds"])
+        self.assertEqual(check["grbl"], run["grbl"])
+        self.assertNotIn("time", leadscrew.check(text, settings=settings))
+
+    def test_each_way_a_job_ends_is_told(self) -> None:
+        ends = {
+            "G1 X1 F600\n": (None, 1),
+            "G1 X1 F600\nM2\n": (None, 2),
+            "G1 X1 F600\nG77\n": ("error:20", 2),
+            "G1 X1 F600\nG38.2 Z-1\n": ("ALARM:5", 2),
+            "G1 X1 F600\nG4 P0\n\x18\n": ("a reset", 1),
+        }
+        for text, (by, line) in ends.items():
+            end = leadscrew.run(text)["end"]
+            self.assertEqual((end["by"], end["line"]), (by, line), text)
+            self.assertTrue(end["words"].startswith(f"stopped by {by}" if by else "done"), end)
+        self.assertEqual(leadscrew.run("M0 (turn it)\n")["waits"], [{"line": 1, "why": "the program pauses, turn it: Resume goes on"}])
+
     def test_settings_come_from_a_file_too(self) -> None:
         with tempfile.TemporaryDirectory() as folder:
             listing = pathlib.Path(folder) / "settings.txt"

@@ -11,7 +11,10 @@ use super::serve_args::ServeArgs;
 use super::setting_args::SettingArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use leadscrew_jobs::{time, Machine, Time};
+use leadscrew_sim::link::Rate;
 use leadscrew_sim::oven::HeatFault;
+use std::io;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 
@@ -82,6 +85,38 @@ pub(super) enum Shape {
     Machine,
 }
 
+/// Controllers whose time can stand beside ours.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub(super) enum Controller {
+    /// Grbl 1.1
+    Grbl,
+}
+
+impl Controller {
+    /// How long a job takes on a machine of this controller; `baud` of its line, if the user gives
+    /// one.
+    ///
+    /// # Errors
+    /// Where the text cannot be read, which a text in memory always can.
+    pub(super) fn time(
+        self,
+        machine: &Machine,
+        baud: Option<NonZeroU32>,
+        name: &str,
+        text: &[u8],
+    ) -> io::Result<Time> {
+        match self {
+            Self::Grbl => {
+                let rate = Rate::Baud(baud.unwrap_or(GRBL_BAUD));
+                time(&machine.as_grbl(), rate, name, text)
+            }
+        }
+    }
+}
+
+/// The speed of Grbl's line, bits a second.
+const GRBL_BAUD: NonZeroU32 = NonZeroU32::new(115_200).unwrap();
+
 /// Options of `man`.
 #[derive(Args, Debug)]
 pub(super) struct ManArgs {
@@ -137,6 +172,13 @@ pub(super) struct CheckArgs {
     /// travel from there are reported, with soft limits or without.
     #[arg(long, value_name = "X,Y,Z", value_parser = origin, allow_hyphen_values = true)]
     pub(super) origin: Option<[f32; 3]>,
+    /// Tell how long each job takes, as `run` does, without making its steps.
+    #[arg(long)]
+    pub(super) time: bool,
+    /// Tell how long the job takes on another controller, too: 15 moves planned ahead, its corner
+    /// rule, no rows, 128 bytes at 115 200 baud.
+    #[arg(long = "as", value_name = "WHAT", requires = "time")]
+    pub(super) like: Option<Controller>,
     /// Draw the toolpath as an SVG picture; `-` writes to standard output.
     #[arg(long, value_name = "FILE")]
     pub(super) svg: Option<PathBuf>,
@@ -162,6 +204,10 @@ pub(super) struct JobArgs {
     /// Speed of the serial line in bits per second; without it the line never waits.
     #[arg(long, value_name = "N", value_parser = baud)]
     pub(super) baud: Option<NonZeroU32>,
+    /// Tell how long the job takes on another controller, too: 15 moves planned ahead, its corner
+    /// rule, no rows, 128 bytes at 115 200 baud (or --baud).
+    #[arg(long = "as", value_name = "WHAT")]
+    pub(super) like: Option<Controller>,
     /// How many outputs M62 to M65 switch, 0 to 8; the waveform and the JSON show them. Without it
     /// as many as the machine's file has.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=8))]

@@ -4,6 +4,7 @@ use super::said::{aside, say};
 use super::setting_args::{machine, SettingArgs};
 use super::{unusable, Unusable};
 use clap::Args;
+use leadscrew_gcode::Number;
 use leadscrew_import::calibrate::steps_per_mm;
 use leadscrew_import::Mm;
 use leadscrew_jobs::TIMING;
@@ -58,6 +59,37 @@ pub(super) fn calibrate(args: &CalibrateArgs) -> Result<bool, Unusable> {
         "{now} steps/mm made {} mm of {} mm",
         args.measured, args.commanded
     ));
+    if let Some(note) = doubt(now, value) {
+        aside(note);
+    }
     say(format!("${number}={value}"))?;
     Ok(true)
+}
+
+/// A note about a setting that changes by more than wear and tolerances explain.
+fn doubt(now: Number, new: Number) -> Option<String> {
+    let times = new.nanos() as f64 / (now.nanos() as f64).max(1.0);
+    let is_likely = (1.0 / LIKELY..=LIKELY).contains(&times);
+    let note = format!(
+        "note: the setting changes {times:.2}-fold. Are both lengths mm? Do the driver's microsteps \
+         and the belt or screw agree with the setting?"
+    );
+    (!is_likely).then_some(note)
+}
+
+/// The most by which a setting changes that was right once.
+const LIKELY: f64 = 1.5;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_change_that_no_wear_explains_is_doubted() {
+        let told = |now, new| doubt(Number::from_int(now), Number::from_int(new));
+        assert_eq!(told(250, 252), None);
+        assert_eq!(told(250, 200), None);
+        assert!(told(250, 2500).is_some_and(|note| note.contains("10.00-fold")));
+        assert!(told(250, 125).is_some_and(|note| note.contains("0.50-fold")));
+    }
 }

@@ -1,30 +1,64 @@
 //! Runs a job more than once, each time with other settings.
 
-use super::input::Job;
+use super::import::direct;
+use super::input;
 use super::told::{progress_bar, teller};
 use super::{unusable, Unusable};
 use leadscrew_jobs::{Machine, Stream, Streamed};
 use leadscrew_sim::link::Rate;
 use leadscrew_sim::Observer;
-use std::io::{BufReader, Read};
+use std::io::{self, BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
 
-/// A job in memory, to be run more than once.
+/// A job that is run more than once.
 pub(super) struct Text {
     pub(super) name: String,
-    bytes: Vec<u8>,
+    /// Notes about a file that was imported.
+    pub(super) notes: Vec<String>,
+    source: Source,
+}
+
+/// Where the text of a job comes from each time.
+enum Source {
+    /// A file, which is read anew.
+    File(PathBuf),
+    /// What cannot be read twice, such as a pipe.
+    Kept(Vec<u8>),
 }
 
 impl Text {
-    pub(super) fn read(mut job: Job) -> Result<Self, Unusable> {
-        let mut bytes = Vec::new();
-        job.text
-            .read_to_end(&mut bytes)
-            .map_err(|error| unusable(format!("{}: cannot be read: {error}", job.name)))?;
+    pub(super) fn of(file: &Path, machine: &Machine) -> Result<Self, Unusable> {
+        let job = input::open(file).map_err(unusable)?;
+        let (mut job, notes) = direct(job, machine)?;
+        let source = if file.is_file() && notes.is_empty() {
+            Source::File(file.to_owned())
+        } else {
+            let mut bytes = Vec::new();
+            let read = job.text.read_to_end(&mut bytes);
+            read.map_err(|error| unreadable(&job.name, &error))?;
+            Source::Kept(bytes)
+        };
         Ok(Self {
             name: job.name,
-            bytes,
+            notes,
+            source,
         })
     }
+
+    /// The text from its beginning, and its size where that is known.
+    fn open(&self) -> Result<(Option<u64>, Box<dyn BufRead + '_>), Unusable> {
+        match &self.source {
+            Source::File(file) => {
+                let job = input::open(file).map_err(unusable)?;
+                Ok((job.size, job.text))
+            }
+            Source::Kept(bytes) => Ok((Some(bytes.len() as u64), Box::new(&bytes[..]))),
+        }
+    }
+}
+
+fn unreadable(name: &str, error: &io::Error) -> Unusable {
+    unusable(format!("{name}: cannot be read: {error}"))
 }
 
 /// The options of a run that do not depend on the settings.
@@ -33,13 +67,19 @@ pub(super) struct Course {
     pub(super) rate: Rate,
     pub(super) keep_going: bool,
     pub(super) quiet: bool,
+    /// Whether to keep which line each answer was for.
+    pub(super) keep_answers: bool,
+    /// Whether only times count.
+    pub(super) only_times: bool,
 }
 
 impl Course {
-    /// The same options, with only errors shown on the terminal.
+    /// The same options for times alone, with only errors shown on the terminal.
     pub(super) fn silent(self) -> Self {
         Self {
             quiet: true,
+            keep_answers: false,
+            only_times: true,
             ..self
         }
     }
@@ -57,17 +97,16 @@ impl Course {
             rate: self.rate,
             keep_going: self.keep_going,
             feed_percent: percent,
-            keep_answers: true,
+            keep_answers: self.keep_answers,
             warn: false,
+            only_times: self.only_times,
             tell: teller(self.quiet),
         };
-        let bar = progress_bar(self.quiet, Some(text.bytes.len() as u64));
-        let done = stream.run(
-            &text.name,
-            BufReader::new(bar.wrap_read(&text.bytes[..])),
-            observer,
-        );
+        let (size, reader) = text.open()?;
+        let bar = progress_bar(self.quiet, size);
+        let reader = BufReader::new(bar.wrap_read(reader));
+        let done = stream.run(&text.name, reader, observer);
         bar.finish_and_clear();
-        done.map_err(|error| unusable(format!("{}: cannot be read: {error}", text.name)))
+        done.map_err(|error| unreadable(&text.name, &error))
     }
 }

@@ -4,6 +4,7 @@ use std::fmt;
 use std::fs;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 /// Bytes at the start of a file that decide whether it is text or binary.
 const PROBE: u64 = 4096;
@@ -19,6 +20,8 @@ pub(super) enum InputError {
     NoJob(String, String),
     /// The file is empty.
     Empty(String),
+    /// The file is text of 16 bits a character.
+    Wide(String),
     /// The file does not hold text; with the offset of the first control byte.
     Binary(String, usize),
 }
@@ -30,6 +33,9 @@ impl fmt::Display for InputError {
             Self::Directory(name) => write!(f, "{name}: is a directory, not a G-code file"),
             Self::NoJob(name, endings) => write!(f, "{name}: no file in it is a *.{endings}"),
             Self::Empty(name) => write!(f, "{name}: is empty, there is nothing to do"),
+            Self::Wide(name) => {
+                write!(f, "{name}: is UTF-16 text: save it as UTF-8 or ASCII")
+            }
             Self::Binary(name, at) => {
                 write!(
                     f,
@@ -48,8 +54,26 @@ pub(super) struct Job {
     pub(super) name: String,
     /// Its size in bytes, where that is known.
     pub(super) size: Option<u64>,
+    /// Its first bytes.
+    pub(super) head: Vec<u8>,
     /// Its text.
     pub(super) text: Box<dyn BufRead>,
+}
+
+impl Job {
+    /// Reads the job into memory, to be read more than once; it begins anew.
+    ///
+    /// # Errors
+    /// [`InputError::Io`] where it cannot be read to its end.
+    pub(super) fn keep(&mut self) -> Result<Rc<[u8]>, InputError> {
+        let mut bytes = Vec::new();
+        if let Err(error) = self.text.read_to_end(&mut bytes) {
+            return Err(InputError::Io(self.name.clone(), error));
+        }
+        let bytes: Rc<[u8]> = bytes.into();
+        self.text = Box::new(BufReader::new(io::Cursor::new(Rc::clone(&bytes))));
+        Ok(bytes)
+    }
 }
 
 /// The endings of G-code files; in folders, files with other endings are ignored.
@@ -147,15 +171,27 @@ fn from_reader(
     if head.is_empty() {
         return Err(InputError::Empty(name));
     }
+    if is_wide(&head) {
+        return Err(InputError::Wide(name));
+    }
     if let Some(at) = binary_at(&head) {
         return Err(InputError::Binary(name, at));
     }
-    let text = BufReader::new(io::Cursor::new(head).chain(input));
+    let text = BufReader::new(io::Cursor::new(head.clone()).chain(input));
     Ok(Job {
         name,
         size,
+        head,
         text: Box::new(text),
     })
+}
+
+/// Whether a file begins as UTF-16 does: with its mark, or with a NUL in every other byte.
+fn is_wide(head: &[u8]) -> bool {
+    let has_mark = head.starts_with(b"\xFF\xFE") || head.starts_with(b"\xFE\xFF");
+    let nuls = |from: usize| head.iter().skip(from).step_by(2).all(|byte| *byte == 0);
+    let is_plain = |from: usize| head.iter().skip(from).step_by(2).all(|byte| *byte != 0);
+    has_mark || head.len() >= 4 && (nuls(0) && is_plain(1) || nuls(1) && is_plain(0))
 }
 
 /// The offset of the first control byte, where there are too many of them for text: more than one
@@ -193,6 +229,20 @@ mod tests {
         assert!(matches!(text(b""), Err(InputError::Empty(_))));
         let elf = text(b"\x7fELF\x02\x01\x01\x00\x00\x00");
         assert!(matches!(elf, Err(InputError::Binary(_, 4))));
+    }
+
+    #[test]
+    fn text_of_16_bits_is_called_so() {
+        let wide = |text: &str, bytes: fn(u16) -> [u8; 2]| -> &'static [u8] {
+            let bytes: Vec<u8> = text.encode_utf16().flat_map(bytes).collect();
+            bytes.leak()
+        };
+        for text_of in [u16::to_le_bytes, u16::to_be_bytes] {
+            for job in ["\u{FEFF}G0 X1\n", "G0 X1\r\n"] {
+                let error = text(wide(job, text_of)).unwrap_err();
+                assert!(matches!(error, InputError::Wide(_)), "{error}");
+            }
+        }
     }
 
     #[test]

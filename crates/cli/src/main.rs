@@ -10,6 +10,7 @@ mod board;
 mod calibrate;
 mod causes;
 mod check;
+mod cores;
 mod course;
 mod import;
 mod input;

@@ -3,7 +3,6 @@
 
 use super::args::ProfileArgs;
 use super::course::{Course, Text};
-use super::input;
 use super::said::{aside, say};
 use super::setting_args::machine;
 use super::trials::trials;
@@ -22,16 +21,29 @@ use std::path::{Path, PathBuf};
 pub(super) fn profile(args: &ProfileArgs) -> Result<bool, Unusable> {
     let chosen = without_lead(&machine(&args.machine)?);
     spare(&args.machine.inputs(&args.file), named(args)).map_err(unusable)?;
-    let text = Text::read(input::open(&args.file).map_err(unusable)?)?;
+    let text = Text::of(&args.file, &chosen)?;
+    if !args.quiet {
+        text.notes
+            .iter()
+            .for_each(|note| aside(format!("note: {note}")));
+    }
     let [svg, csv] = outputs(args)?;
+    let keeps = svg.is_some() || csv.is_some() || args.line_times;
     let course = Course {
         rate: args.baud.map_or(Rate::NeverWaits, Rate::Baud),
         keep_going: args.keep_going,
         quiet: args.quiet,
+        keep_answers: keeps,
+        only_times: false,
     };
-    let recorder = Recorder::new(limits_of(&chosen));
+    let limits = limits_of(&chosen);
+    let recorder = match keeps {
+        true => Recorder::new(limits),
+        false => Recorder::summing(limits),
+    };
     let done = course.run(&text, &chosen, 100, recorder)?;
-    let mut report = ProfileReport::new(&text.name, chosen.file.letters(), done);
+    let mut report = ProfileReport::new(&text.name, chosen.file.letters(), done, keeps);
+    report.notes.clone_from(&text.notes);
     if let Some(csv) = csv {
         let written = write_csv(csv.pen(), report.begin, &report.stretches, &report.letters);
         csv.complete(written).map_err(unusable)?;

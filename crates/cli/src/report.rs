@@ -2,8 +2,8 @@
 
 use leadscrew_files::plain_json;
 use leadscrew_jobs::{
-    duration, error_json, pauses, verdict, warning_json, Complaint, Extents, JsonError,
-    JsonWarning, JSON_VERSION, RESUMED,
+    duration, error_json, waits, warning_json, Complaint, End, Extents, JsonEnd, JsonError,
+    JsonWarning, Time, Wait, JSON_VERSION,
 };
 use leadscrew_sim::outcome::Outcome;
 use leadscrew_sim::powered::MOST_MOTORS;
@@ -42,20 +42,28 @@ pub(super) struct Report {
     pub(super) steps_per_rev: Vec<Option<f64>>,
     /// Whether motors 0 and 1 turn X and Y together, by crossed belts.
     pub(super) crossed: bool,
+    /// What the tool does to the material: cut, extruded.
+    pub(super) work: &'static str,
     /// Length of the cuts, mm.
     pub(super) cut_mm: f64,
     /// Length of all other moves, mm.
     pub(super) travel_mm: f64,
     /// Bits a second of the serial line; `None` where the line never waits.
     pub(super) baud: Option<NonZeroU32>,
-    /// The lines at which the program paused for its operator.
-    pub(super) pauses: Vec<u64>,
+    /// How the job ended.
+    pub(super) end: End,
+    /// Where the program waited for its operator.
+    pub(super) waits: Vec<Wait>,
     /// The tools that the program asked for.
     pub(super) tools: Vec<u32>,
     /// How many synchronised outputs there are.
     pub(super) outputs: u8,
     /// The box around all cuts.
     pub(super) extents: Option<Extents>,
+    /// Notes about a file that was imported.
+    pub(super) notes: Vec<String>,
+    /// How long Grbl takes, if that was asked for.
+    pub(super) grbl: Option<Time>,
     /// How long the simulation took in real time, s.
     pub(super) wall_seconds: f64,
 }
@@ -66,6 +74,7 @@ pub(super) struct Report {
 pub(super) struct RunJson<'a> {
     version: u32,
     file: &'a str,
+    notes: &'a [String],
     lines: u64,
     errors: Vec<JsonError<'a>>,
     error_count: u64,
@@ -73,7 +82,9 @@ pub(super) struct RunJson<'a> {
     warning_count: u64,
     alarm: Option<u8>,
     alarm_line: Option<u64>,
-    pauses: &'a [u64],
+    end: JsonEnd,
+    pauses: Vec<u64>,
+    waits: &'a [Wait],
     tools: &'a [u32],
     #[serde(skip_serializing_if = "Option::is_none")]
     outputs: Option<JsonOutputs>,
@@ -87,6 +98,9 @@ pub(super) struct RunJson<'a> {
     job_seconds: f64,
     motion_seconds: f64,
     step_seconds: f64,
+    /// How long Grbl takes; with `--as grbl`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    grbl: Option<Time>,
     axes: BTreeMap<char, JsonAxis>,
     step_events: u64,
     smoothing_ticks: u64,
@@ -136,6 +150,7 @@ impl Report {
         RunJson {
             version: JSON_VERSION,
             file: &self.file,
+            notes: &self.notes,
             lines: self.lines,
             errors: self.errors.iter().map(error_json).collect(),
             error_count: self.error_count,
@@ -143,7 +158,9 @@ impl Report {
             warning_count: self.warning_count,
             alarm: self.alarm.as_ref().map(|alarm| alarm.fault.code()),
             alarm_line: self.alarm.as_ref().map(|alarm| alarm.line),
-            pauses: &self.pauses,
+            end: self.end.json(),
+            pauses: self.waits.iter().map(|wait| wait.line).collect(),
+            waits: &self.waits,
             tools: &self.tools,
             outputs: self.outputs(),
             extents: self.extents.as_ref(),
@@ -152,6 +169,7 @@ impl Report {
             job_seconds: outcome.job_seconds,
             motion_seconds: outcome.motion_seconds,
             step_seconds: outcome.step_seconds,
+            grbl: self.grbl,
             axes: self
                 .axes()
                 .map(|(name, axis)| (name.to_ascii_lowercase(), axis))
@@ -231,15 +249,19 @@ impl fmt::Display for Report {
                 duration(outcome.motion_seconds)
             ),
         )?;
-        if !self.pauses.is_empty() {
-            row(f, "pauses", &pauses(&self.pauses, RESUMED))?;
+        if let Some(grbl) = &self.grbl {
+            let (grbl, here) = (duration(grbl.job_seconds), duration(outcome.job_seconds));
+            row(f, "compared", &format!("your Grbl {grbl}, here {here}"))?;
+        }
+        if !self.waits.is_empty() {
+            row(f, "pauses", &waits(&self.waits))?;
         }
         row(
             f,
             "distance",
             &format!(
-                "{:.1} mm cut, {:.1} mm travelled",
-                self.cut_mm, self.travel_mm
+                "{:.1} mm {}, {:.1} mm travelled",
+                self.cut_mm, self.work, self.travel_mm
             ),
         )?;
         for (name, axis) in self.axes() {
@@ -281,9 +303,10 @@ impl Report {
     /// One line of figures, for a picture.
     pub(super) fn caption(&self) -> String {
         format!(
-            "{} · {:.1} mm cut, {:.1} mm travelled · {} step events · {}",
+            "{} · {:.1} mm {}, {:.1} mm travelled · {} step events · {}",
             duration(self.outcome.job_seconds),
             self.cut_mm,
+            self.work,
             self.travel_mm,
             self.outcome.step_events,
             self.verdict()
@@ -291,7 +314,7 @@ impl Report {
     }
 
     fn verdict(&self) -> String {
-        verdict(self.alarm.as_ref(), self.error_count)
+        self.end.words()
     }
 
     fn line(&self) -> String {

@@ -1,7 +1,8 @@
 //! `leadscrew run`: streams a file through the machine's own serial protocol and reports the
 //! result.
 
-use super::args::JobArgs;
+use super::args::{Controller, JobArgs};
+use super::import::direct;
 use super::input::{self, Job};
 use super::playback;
 use super::report::{json_text, Report};
@@ -12,7 +13,7 @@ use super::watchers::{Sketch, StepList, WaveformFile};
 use super::{all_done, unusable, Unusable};
 use crate::picture::{draw, Caption};
 use leadscrew_files::{is_stdout, spare, Output, OutputError};
-use leadscrew_jobs::{extents, limits_of, title, Machine, Stream};
+use leadscrew_jobs::{extents, limits_of, title, work, Machine, Stream, Time};
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::tool::SpindleScale;
 use leadscrew_sim::link::Rate;
@@ -89,8 +90,13 @@ fn run_one(args: &JobArgs, machine: &Machine, file: &Path) -> Result<Report, Unu
     let begin = Instant::now();
     spare(&args.machine.inputs(file), named(args)).map_err(unusable)?;
     let job = input::open(file).map_err(unusable)?;
+    let (job, notes) = direct(job, machine)?;
+    if !args.quiet {
+        notes.iter().for_each(|note| aside(format!("note: {note}")));
+    }
     let outputs = Outputs::create(args, machine).map_err(unusable)?;
     let mut report = simulate(args, machine, job, outputs)?;
+    report.notes = notes;
     report.wall_seconds = begin.elapsed().as_secs_f64();
     Ok(report)
 }
@@ -158,19 +164,13 @@ fn steps_per_mm(machine: &Machine) -> Vec<f64> {
 fn simulate(
     args: &JobArgs,
     machine: &Machine,
-    job: Job,
+    mut job: Job,
     outputs: Outputs,
 ) -> Result<Report, Unusable> {
+    let grbl = args.like.map(|like| beside(like, args, machine, &mut job));
+    let grbl = grbl.transpose()?;
     let file = job.name;
-    let stream = Stream {
-        machine,
-        rate: args.baud.map_or(Rate::NeverWaits, Rate::Baud),
-        keep_going: args.keep_going,
-        feed_percent: 100,
-        keep_answers: outputs.sketch.path.is_drawn(),
-        warn: args.json,
-        tell: teller(args.quiet),
-    };
+    let stream = stream(args, machine, &outputs);
     let observer = ((outputs.steps, outputs.vcd), outputs.sketch);
     let bar = progress_bar(args.quiet, job.size);
     let text = BufReader::new(bar.wrap_read(job.text));
@@ -201,13 +201,17 @@ fn simulate(
         steps_per_mm: steps_per_mm(machine),
         steps_per_rev: machine.file.steps_per_rev(),
         crossed: machine.file.kinematics == Belts::CoreXy,
+        work: work(machine),
         cut_mm: sketch.path.cut_mm(),
         travel_mm: sketch.path.travel_mm(),
         baud: args.baud,
-        pauses: done.pauses,
+        end: done.end,
+        waits: done.waits,
         tools: done.tools,
         outputs: machine.outputs.count,
         extents: sketch.path.cut_bounds().map(extents),
+        grbl,
+        notes: Vec::new(),
         wall_seconds: 0.0,
     };
     if sketch.path.is_drawn() {
@@ -216,6 +220,32 @@ fn simulate(
         write_pictures(sketch, caption, &report.outcome, pictures).map_err(unusable)?;
     }
     Ok(report)
+}
+
+/// How the job is streamed.
+fn stream<'a>(args: &JobArgs, machine: &'a Machine, outputs: &Outputs) -> Stream<'a> {
+    Stream {
+        machine,
+        rate: args.baud.map_or(Rate::NeverWaits, Rate::Baud),
+        keep_going: args.keep_going,
+        feed_percent: 100,
+        keep_answers: outputs.sketch.path.is_drawn(),
+        warn: args.json,
+        only_times: false,
+        tell: teller(args.quiet),
+    }
+}
+
+/// How long the job takes on another controller.
+fn beside(
+    like: Controller,
+    args: &JobArgs,
+    machine: &Machine,
+    job: &mut Job,
+) -> Result<Time, Unusable> {
+    let text = job.keep().map_err(unusable)?;
+    like.time(machine, args.baud, &job.name, &text)
+        .map_err(|error| unusable(format!("{}: cannot be read: {error}", job.name)))
 }
 
 /// Writes the picture and the page of a job, if the user asked for them.

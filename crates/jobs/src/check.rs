@@ -7,7 +7,8 @@ use crate::json::{
     error_json, extents, warning_json, Extents, JsonError, JsonWarning, JSON_VERSION,
 };
 use crate::remark::Remarks;
-use crate::words::pauses;
+use crate::time::Time;
+use crate::words::{pauses, times};
 use leadscrew_sim::scene::{note_tools, Toolpath};
 use leadscrew_sim::streamer::Lines;
 use schemars::JsonSchema;
@@ -75,6 +76,8 @@ fn doubtful(name: &str, line: u64, text: &[u8], doubt: Doubt) -> Complaint {
 pub struct CheckReport {
     /// The file's name.
     pub file: String,
+    /// Notes about a file that was imported.
+    pub notes: Vec<String>,
     /// Lines read from it.
     pub lines: u64,
     errors: Vec<Complaint>,
@@ -88,6 +91,10 @@ pub struct CheckReport {
     extents: Option<Extents>,
     cut_mm: f64,
     travel_mm: f64,
+    /// How long the job takes, if that was asked for.
+    pub time: Option<Time>,
+    /// How long it takes on Grbl.
+    pub grbl: Option<Time>,
 }
 
 impl CheckReport {
@@ -122,11 +129,20 @@ impl CheckReport {
         (self.cut_mm, self.travel_mm) = (path.cut_mm(), path.travel_mm());
     }
 
-    /// One line of figures, for a picture.
-    pub fn caption(&self) -> String {
+    /// Counts the extents from work zero, which is at `zero`, machine position, mm.
+    pub(crate) fn count_from(&mut self, zero: [f32; 3]) {
+        let extents = self.extents.iter_mut().flat_map(|all| all.values_mut());
+        for (extent, zero) in extents.zip(zero) {
+            extent.min -= f64::from(zero);
+            extent.max -= f64::from(zero);
+        }
+    }
+
+    /// One line of figures, for a picture; `work` is what the tool does to the material.
+    pub fn caption(&self, work: &str) -> String {
         let (cut, travel) = (self.cut_mm, self.travel_mm);
         format!(
-            "{cut:.1} mm cut, {travel:.1} mm travelled · {}",
+            "{cut:.1} mm {work}, {travel:.1} mm travelled · {}",
             self.verdict()
         )
     }
@@ -136,6 +152,7 @@ impl CheckReport {
         CheckJson {
             version: JSON_VERSION,
             file: &self.file,
+            notes: &self.notes,
             lines: self.lines,
             errors: self.errors.iter().map(error_json).collect(),
             error_count: self.error_count,
@@ -146,6 +163,8 @@ impl CheckReport {
             travel_mm: self.travel_mm,
             tools: &self.tools,
             pauses: &self.pauses,
+            time: self.time,
+            grbl: self.grbl,
         }
     }
 
@@ -166,6 +185,9 @@ impl CheckReport {
 impl fmt::Display for CheckReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {} lines, {}", self.file, self.lines, self.verdict())?;
+        if let Some(time) = &self.time {
+            write!(f, "\n  job time     {}", times(time, self.grbl.as_ref()))?;
+        }
         match self.pauses.as_slice() {
             [] => Ok(()),
             lines => write!(f, "\n  pauses       {}", pauses(lines, "")),
@@ -179,6 +201,7 @@ impl fmt::Display for CheckReport {
 pub struct CheckJson<'a> {
     version: u32,
     file: &'a str,
+    notes: &'a [String],
     lines: u64,
     errors: Vec<JsonError<'a>>,
     error_count: u64,
@@ -193,4 +216,10 @@ pub struct CheckJson<'a> {
     travel_mm: f64,
     tools: &'a [u32],
     pauses: &'a [u64],
+    /// How long the job takes; with `--time`, and only where it has no error.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    time: Option<Time>,
+    /// How long Grbl takes; with `--as grbl`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    grbl: Option<Time>,
 }

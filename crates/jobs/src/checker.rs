@@ -3,6 +3,7 @@
 //! Lines go through the machine's own line reader, interpreter and settings, but are not planned or
 //! moved.
 
+mod bends;
 mod doubts;
 mod frame;
 mod system;
@@ -18,7 +19,7 @@ use leadscrew_machine::config::{AxisKind, AxisMask, MachineConfig};
 use leadscrew_machine::extension::{Call, Extension};
 use leadscrew_machine::interpreter::{
     ArcShape, Command, Commands, Context, Extent, Fault as LineFault, Feed, Interpreter, OffsetId,
-    Own as Codes, OwnCodes, Rotation, Spindle, Strokes, ToolTable, Travel, Turn, WorkSystem,
+    Own as Codes, OwnCodes, Rotation, Spindle, Strokes, ToolTable, Travel, WorkSystem,
 };
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::line_reader::{raw_column, LineReader};
@@ -26,7 +27,7 @@ use leadscrew_machine::protocol::realtime::{Byte, Sorter};
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::Settings;
 use leadscrew_machine::soft_limits;
-use leadscrew_planner::{Arc, Coordinate};
+use leadscrew_planner::Coordinate;
 use leadscrew_sim::own::{Own, OwnPins};
 use leadscrew_sim::scene::{StrokeKind, ToolSizes, Tooling, Toolpath};
 use leadscrew_stepper::MAX_STEP_EVENTS;
@@ -340,17 +341,7 @@ impl<const AXES: usize> Checker<AXES> {
             self.check_travel(&travel.target)?;
             return self.check_span(&travel.target);
         };
-        let mut found = Ok(());
-        for chord in self
-            .chords(&start, &travel.target, arc)
-            .into_iter()
-            .flatten()
-        {
-            self.draw_to(&chord, kind);
-            found = found.and_then(|()| self.check_travel(&chord));
-            found = found.and_then(|()| self.check_span(&chord));
-        }
-        found
+        self.bend(&start, travel, arc, kind)
     }
 
     /// Notes a move, unless nothing moves.
@@ -383,26 +374,6 @@ impl<const AXES: usize> Checker<AXES> {
             true => Err((LineFaultKind::TooLong, None)),
             false => Ok(()),
         }
-    }
-
-    /// The chords into which the machine cuts an arc. The table has no setting without any.
-    fn chords(
-        &self,
-        start: &[Coordinate; AXES],
-        target: &[Coordinate; AXES],
-        arc: &ArcShape,
-    ) -> Option<Arc<AXES>> {
-        let tolerance = self.settings.value(Setting::ArcTolerance).to_f32();
-        let clockwise = arc.turn == Turn::Clockwise;
-        Arc::new(
-            *start,
-            *target,
-            arc.centre,
-            arc.plane.axes(),
-            clockwise,
-            tolerance,
-        )
-        .ok()
     }
 
     /// Checks that a target lies within the travel: with soft limits, if `travel_counts`, and for

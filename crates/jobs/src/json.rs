@@ -15,8 +15,8 @@ pub type Extents = BTreeMap<char, Extent>;
 /// The range of coordinates along one axis, mm.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, JsonSchema)]
 pub struct Extent {
-    min: f64,
-    max: f64,
+    pub(crate) min: f64,
+    pub(crate) max: f64,
 }
 
 /// The box between two corners.

@@ -14,6 +14,7 @@ mod check;
 mod checker;
 mod complaint;
 mod json;
+mod life;
 mod look;
 mod machine;
 mod profile;
@@ -21,6 +22,7 @@ mod remark;
 mod remedy;
 pub mod settings_file;
 mod stream;
+mod time;
 mod words;
 
 pub use check::{read_through, CheckJson, CheckReport};
@@ -29,12 +31,14 @@ pub use complaint::{faults, Complaint, Fault};
 pub use json::{
     error_json, extents, warning_json, Extent, Extents, JsonError, JsonWarning, JSON_VERSION,
 };
+pub use life::{Cause, End, JsonEnd, Wait};
 pub use look::{Finding, Job, Workshop};
 pub use machine::{capped, Machine, TIMING};
 pub use profile::{limits_of, without_lead, ProfileJson, ProfileReport, Trial};
 pub use remark::{Done, Remark};
 pub use stream::{Counted, News, Stream, Streamed};
-pub use words::{duration, pauses, title, verdict, RESUMED};
+pub use time::{time, Time};
+pub use words::{duration, pauses, title, waits, work};
 
 /// The example of the package's README, run as a test.
 #[cfg(doctest)]

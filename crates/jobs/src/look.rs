@@ -40,7 +40,7 @@ pub struct Job {
 pub enum Finding {
     /// Moves of the job in work coordinates: [`Drawn`](leadscrew_sim::scene::Drawn)s.
     Scene(Vec<u8>),
-    /// The output of `leadscrew check --json`.
+    /// The output of `leadscrew check --json`, with extents in work coordinates as the scene's.
     Check(String),
     /// How much of the job has been timed, percent.
     Progress(u8),
@@ -124,7 +124,8 @@ fn check(job: &Job, machine: &Machine) -> io::Result<Checked> {
         checker.begin_at(places.map(Option::unwrap_or_default));
     }
     checker.draw();
-    let report = read_through(&mut *checker, &job.name, &job.text[..], |_| {})?;
+    let mut report = read_through(&mut *checker, &job.name, &job.text[..], |_| {})?;
+    report.count_from(zero);
     let mut scene = Vec::with_capacity(checker.path().moves().len() * MOVE_BYTES);
     for one in checker.path().moves() {
         let mut one = *one;
@@ -177,6 +178,7 @@ fn time(
         feed_percent: 100,
         keep_answers: true,
         warn: false,
+        only_times: false,
         tell: |_| {},
     };
     let text = Watched {
@@ -190,7 +192,7 @@ fn time(
     let done = stream.run(&job.name, BufReader::with_capacity(READ, text), recorder);
     // A job that was given up has no result.
     if let Ok(done) = done {
-        let report = ProfileReport::new(&job.name, machine.file.letters(), done);
+        let report = ProfileReport::new(&job.name, machine.file.letters(), done, true);
         tell(Finding::Profile(report.json(true)));
     }
 }
@@ -308,6 +310,22 @@ mod tests {
         assert!(check_of(&inside)["errors"].as_array().unwrap().is_empty());
         let outside = look("G0X150\n", settings, [-100.0, -100.0, -10.0]);
         assert_eq!(check_of(&outside)["errors"][0]["line"], 1);
+    }
+
+    #[test]
+    fn extents_are_those_of_the_picture() {
+        let settings = "$22=1\n$130=200\n$131=200\n";
+        let found = look("G1X50F300\n", settings, [-100.0, -50.0, -10.0]);
+        let extents = &check_of(&found)["extents"];
+        let of = |axis: &str, end: &str| extents[axis][end].as_f64().unwrap();
+        assert!(
+            of("x", "min").abs() < 1e-6 && (of("x", "max") - 50.0).abs() < 1e-6,
+            "{extents}"
+        );
+        assert!(
+            of("y", "max").abs() < 1e-6 && of("z", "min").abs() < 1e-6,
+            "{extents}"
+        );
     }
 
     #[test]

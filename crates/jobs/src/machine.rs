@@ -12,8 +12,7 @@ use leadscrew_machine::step_rate;
 use leadscrew_machine::step_timing::StepTiming;
 use leadscrew_outputs::OutputsConfig;
 use leadscrew_sim::oven::HeatFault;
-use leadscrew_sim::profile::Profile;
-use leadscrew_sim::profile::MOST_AXES;
+use leadscrew_sim::profile::{BufferSize, LookAhead, Profile, MOST_AXES};
 use leadscrew_sim::scene::Tooling;
 
 /// A machine: its file, and its settings.
@@ -27,6 +26,8 @@ pub struct Machine {
     pub outputs: OutputsConfig,
     /// A failure of a heater during the run.
     pub heat_fault: Option<HeatFault>,
+    /// It plans as Grbl does: no rows of a raster.
+    pub(crate) is_grbl: bool,
     /// The same settings as the first settings of a new machine, with which it boots.
     first: &'static [Entry],
 }
@@ -62,6 +63,7 @@ impl Machine {
         Self {
             outputs: file.outputs.config(),
             heat_fault: None,
+            is_grbl: false,
             file,
             settings,
             first,
@@ -71,6 +73,31 @@ impl Machine {
     /// The same machine with other settings.
     pub fn with(&self, settings: &Settings<MOST_AXES>) -> Self {
         Self::of(self.file.clone(), settings.clone())
+    }
+
+    /// The same machine with Grbl in place of this firmware: 15 moves planned ahead, 128 bytes of
+    /// buffer, Grbl's corner rule, no rows, and none of the settings that Grbl lacks.
+    pub fn as_grbl(&self) -> Self {
+        let mut file = self.file.clone();
+        (file.look_ahead, file.receive_buffer) = (Some(LookAhead(15)), Some(BufferSize(128)));
+        let mut settings = self.settings.clone();
+        let own = [
+            (Setting::GrblCorners, 1),
+            (Setting::Jerk, 0),
+            (Setting::LaserLead, 0),
+            (Setting::StartSilence, 0),
+        ];
+        for (setting, value) in own {
+            settings.load(Entry {
+                number: Key::Machine(setting).number(),
+                value: Number::from_int(value),
+            });
+        }
+        Self {
+            is_grbl: true,
+            outputs: self.outputs,
+            ..Self::of(file, settings)
+        }
     }
 
     /// The number of its axes.

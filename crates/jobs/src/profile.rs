@@ -2,9 +2,10 @@
 
 use crate::complaint::Complaint;
 use crate::json::{error_json, JsonError, JSON_VERSION};
+use crate::life::{End, JsonEnd, Wait};
 use crate::machine::{Machine as Chosen, TIMING};
 use crate::stream::Streamed;
-use crate::words::{duration, pauses, verdict, RESUMED};
+use crate::words::{duration, waits};
 use leadscrew_gcode::Number;
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::{Entry, Key};
@@ -62,16 +63,19 @@ pub struct ProfileReport {
     file: String,
     /// Letters of the axes, in order.
     pub letters: Vec<char>,
+    /// Notes about a file that was imported.
+    pub notes: Vec<String>,
     lines: u64,
     errors: Vec<Complaint>,
     error_count: u64,
     alarm: Option<Complaint>,
-    pauses: Vec<u64>,
+    end: End,
+    waits: Vec<Wait>,
     /// When the first byte came: the start of the job's time.
     pub begin: Cycle,
     /// The job's time from `begin`, cycles.
     pub job_cycles: u64,
-    /// The stretches in which one limit binds.
+    /// The stretches in which one limit binds, if they were kept.
     pub stretches: Vec<Stretch>,
     /// How long each limit binds.
     pub shares: Vec<Share>,
@@ -81,24 +85,32 @@ pub struct ProfileReport {
 
 impl ProfileReport {
     /// The result of a job called `file`, on a machine whose axes have these letters.
-    pub fn new(file: &str, letters: Vec<char>, done: Streamed<Recorder>) -> Self {
+    /// `keeps`: the recorder kept the stretches, for a picture, a table or the times of the lines.
+    pub fn new(file: &str, letters: Vec<char>, done: Streamed<Recorder>, keeps: bool) -> Self {
         let begin = done.outcome.first_byte;
         let end = begin + done.outcome.job_cycles;
         let counted = done.counted;
-        let stretches = done
-            .observer
-            .finish(begin, end, |number| counted.line(number));
+        let (stretches, shares) = if keeps {
+            let of_file = |number| counted.line(number);
+            let stretches = done.observer.finish(begin, end, of_file);
+            let shares = shares(&stretches);
+            (stretches, shares)
+        } else {
+            (Vec::new(), done.observer.shares(begin, end))
+        };
         Self {
             file: file.to_owned(),
             letters,
+            notes: Vec::new(),
             lines: done.lines,
             errors: done.errors,
             error_count: done.error_count,
             alarm: done.alarm,
-            pauses: done.pauses,
+            end: done.end,
+            waits: done.waits,
             begin,
             job_cycles: done.outcome.job_cycles,
-            shares: shares(&stretches),
+            shares,
             stretches,
             trials: Vec::new(),
         }
@@ -110,7 +122,7 @@ impl ProfileReport {
     }
 
     fn verdict(&self) -> String {
-        verdict(self.alarm.as_ref(), self.error_count)
+        self.end.words()
     }
 
     /// One line of figures, for a picture.
@@ -137,11 +149,14 @@ impl ProfileReport {
         let json = ProfileJson {
             version: JSON_VERSION,
             file: &self.file,
+            notes: &self.notes,
             lines: self.lines,
             errors: self.errors.iter().map(error_json).collect(),
             error_count: self.error_count,
             alarm: self.alarm.as_ref().map(|alarm| alarm.fault.code()),
-            pauses: &self.pauses,
+            end: self.end.json(),
+            waits: &self.waits,
+            pauses: self.waits.iter().map(|wait| wait.line).collect(),
             job_seconds: seconds(self.job_cycles),
             limits: self.shares.iter().map(share).collect(),
             trials: &self.trials,
@@ -229,9 +244,8 @@ impl fmt::Display for ProfileReport {
         writeln!(f, "{}: {} lines, {}", self.file, self.lines, self.verdict())?;
         let time = duration(seconds(self.job_cycles));
         writeln!(f, "  job time     {time} from the first byte to rest")?;
-        if !self.pauses.is_empty() {
-            let told = pauses(&self.pauses, RESUMED);
-            writeln!(f, "  pauses       {told}")?;
+        if !self.waits.is_empty() {
+            writeln!(f, "  pauses       {}", waits(&self.waits))?;
         }
         self.write_shares(f)?;
         self.write_trials(f)
@@ -244,11 +258,14 @@ impl fmt::Display for ProfileReport {
 pub struct ProfileJson<'a> {
     version: u32,
     file: &'a str,
+    notes: &'a [String],
     lines: u64,
     errors: Vec<JsonError<'a>>,
     error_count: u64,
     alarm: Option<u8>,
-    pauses: &'a [u64],
+    end: JsonEnd,
+    pauses: Vec<u64>,
+    waits: &'a [Wait],
     job_seconds: f64,
     limits: Vec<JsonShare>,
     trials: &'a [Trial],

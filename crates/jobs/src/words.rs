@@ -1,6 +1,8 @@
 //! Texts about a job, for people.
 
-use crate::complaint::Complaint;
+use crate::life::{End, Wait};
+use crate::machine::Machine;
+use crate::time::Time;
 
 /// A job's name without its folders, for a picture.
 pub fn title(file: &str) -> String {
@@ -11,13 +13,11 @@ pub fn title(file: &str) -> String {
     )
 }
 
-/// How a job ended, in a few words.
-pub fn verdict(alarm: Option<&Complaint>, errors: u64) -> String {
-    match (alarm, errors) {
-        (Some(alarm), _) => format!("stopped by ALARM:{}", alarm.fault.code()),
-        (None, 0) => "done".to_owned(),
-        (None, 1) => "1 error".to_owned(),
-        (None, count) => format!("{count} errors"),
+/// What the tool of a machine does to the material.
+pub fn work(machine: &Machine) -> &'static str {
+    match machine.tooling().extruder {
+        Some(_) => "extruded",
+        None => "cut",
     }
 }
 
@@ -31,11 +31,27 @@ pub fn duration(seconds: f64) -> String {
     }
 }
 
+/// How long a job takes here, and beside it on `grbl`.
+pub(crate) fn times(here: &Time, grbl: Option<&Time>) -> String {
+    let stopped = match here.end {
+        End::Done { .. } => String::new(),
+        end @ End::Stopped { .. } => format!(", {}", end.words()),
+    };
+    let here = duration(here.job_seconds);
+    match grbl {
+        None => here + &stopped,
+        Some(grbl) => format!(
+            "your Grbl {}, here {here}{stopped}",
+            duration(grbl.job_seconds)
+        ),
+    }
+}
+
 /// The most lines that are named one by one.
 const NAMED_PAUSES: usize = 8;
 
 /// A note for [`pauses`]: nobody is there to end a pause.
-pub const RESUMED: &str = ", resumed at once: the time is without them";
+const RESUMED: &str = ", resumed at once: the time is without them";
 
 /// How often a program pauses for its operator, and at which lines; `note` follows the number.
 pub fn pauses(lines: &[u64], note: &str) -> String {
@@ -43,6 +59,14 @@ pub fn pauses(lines: &[u64], note: &str) -> String {
     let (count, places) = (lines.len(), named.collect::<Vec<_>>().join(", "));
     let more = if count > NAMED_PAUSES { ", ..." } else { "" };
     format!("{count} (M0, M6, !){note}; line {places}{more}")
+}
+
+/// As [`pauses`] for a job that has run, with what its operator has to do at each line.
+pub fn waits(waits: &[Wait]) -> String {
+    let lines: Vec<u64> = waits.iter().map(|wait| wait.line).collect();
+    let named = waits.iter().take(NAMED_PAUSES);
+    let each = named.map(|Wait { line, why }| format!("\n               line {line}: {why}"));
+    pauses(&lines, RESUMED) + &each.collect::<String>()
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ export const DEPTH = [[0.93, 0.64, 0.10], [0.88, 0.34, 0.18], [0.72, 0.22, 0.50]
  * @type {Record<string, Ink>}
  */
 export const INK = {
-  light: {travel: [0.62, 0.69, 0.76], powerOff: [0.90, 0.91, 0.93], powerFull: [0.08, 0.09, 0.11], ground: [0.98, 0.99, 0.99]},
+  light: {travel: [0.62, 0.69, 0.76], powerOff: [0.78, 0.81, 0.85], powerFull: [0.08, 0.09, 0.11], ground: [0.98, 0.99, 0.99]},
   dark: {travel: [0.34, 0.40, 0.47], powerOff: [0.20, 0.23, 0.27], powerFull: [0.97, 0.96, 0.92], ground: [0.08, 0.10, 0.13]},
 };
 

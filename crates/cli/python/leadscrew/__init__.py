@@ -78,16 +78,20 @@ def check(
     *,
     settings: Optional[Settings] = None,
     origin: Optional[Sequence[float]] = None,
+    time: bool = False,
+    like: Optional[str] = None,
 ) -> Check:
     """Finds every error in a job, and what is probably not meant; nothing moves.
 
     `machine` is a file that describes the machine, `settings` a file of lines as `$$` prints them or values by number, `origin`
-    where work zero is in machine coordinates: then what leaves the travel from there is found too.
+    where work zero is in machine coordinates: then what leaves the travel from there is found too. With `time` the job is timed as
+    `run` times it, without its steps; `like="grbl"` adds how long Grbl takes.
     """
     options = _machine(machine, settings)
     if origin is not None:
         options += ["--origin", ",".join(repr(float(place)) for place in origin)]
-    return cast(Check, _ask("check", job, options))
+    options += ["--time"] if time or like is not None else []
+    return cast(Check, _ask("check", job, options + _like(like)))
 
 
 def run(
@@ -97,10 +101,12 @@ def run(
     settings: Optional[Settings] = None,
     baud: Optional[int] = None,
     keep_going: bool = False,
+    like: Optional[str] = None,
 ) -> Run:
-    """Runs a job to the step; an error ends it, unless it is to `keep_going`. `baud` models a serial line of so many bits a second."""
+    """Runs a job to the step; an error ends it, unless it is to `keep_going`. `baud` models a serial line of so many bits a second;
+    `like="grbl"` adds how long Grbl takes."""
     options = _machine(machine, settings) + _line(baud, keep_going)
-    return cast(Run, _ask("run", job, options))
+    return cast(Run, _ask("run", job, options + _like(like)))
 
 
 def profile(
@@ -199,6 +205,10 @@ def _decimal(value: float) -> str:
 
 def _line(baud: Optional[int], keep_going: bool) -> list[str]:
     return ([] if baud is None else ["--baud", str(baud)]) + (["--keep-going"] if keep_going else [])
+
+
+def _like(controller: Optional[str]) -> list[str]:
+    return [] if controller is None else ["--as", controller]
 
 
 def _text(value: object) -> str:

@@ -34,13 +34,37 @@ class Extent(TypedDict):
     max: float
 
 
-class Check(TypedDict):
+class End(TypedDict):
+    """How a job ended: `at` is `done` or `stopped`, `by` what stopped it, `words` the same as a person reads it."""
+
+    at: str
+    by: Optional[str]
+    line: int
+    words: str
+
+
+class Wait(TypedDict):
+    """A line at which the job waited for a person, and what the person has to do."""
+
+    line: int
+    why: str
+
+
+class Time(TypedDict):
+    """How long a job takes."""
+
+    job_seconds: float
+    motion_seconds: float
+
+
+class _Check(TypedDict):
     """What `check` answers. A laser's feed move without power counts as travel, as does a printer's
     without filament.
     """
 
     version: int
     file: str
+    notes: List[str]
     lines: int
     errors: List[Error]
     error_count: int
@@ -51,6 +75,13 @@ class Check(TypedDict):
     travel_mm: float
     tools: List[int]
     pauses: List[int]
+
+
+class Check(_Check, total=False):
+    """What `check` answers; with its times where they were asked for, and the job has no error."""
+
+    time: Time
+    grbl: Time
 
 
 class _Axis(TypedDict):
@@ -74,11 +105,12 @@ class Cpu(TypedDict):
     peak: float
 
 
-class Run(TypedDict):
+class _Run(TypedDict):
     """What `run` answers. Cuts are those of `Check`."""
 
     version: int
     file: str
+    notes: List[str]
     lines: int
     errors: List[Error]
     error_count: int
@@ -86,7 +118,9 @@ class Run(TypedDict):
     warning_count: int
     alarm: Optional[int]
     alarm_line: Optional[int]
+    end: End
     pauses: List[int]
+    waits: List[Wait]
     tools: List[int]
     extents: Optional[Dict[str, Extent]]
     cut_mm: float
@@ -105,6 +139,12 @@ class Run(TypedDict):
     cpu: Cpu
     cycles: int
     wall_seconds: float
+
+
+class Run(_Run, total=False):
+    """What `run` answers; with the time of Grbl where it was asked for."""
+
+    grbl: Time
 
 
 class Limit(TypedDict):
@@ -134,11 +174,14 @@ class LineTime(TypedDict):
 class _Profile(TypedDict):
     version: int
     file: str
+    notes: List[str]
     lines: int
     errors: List[Error]
     error_count: int
     alarm: Optional[int]
+    end: End
     pauses: List[int]
+    waits: List[Wait]
     job_seconds: float
     limits: List[Limit]
     trials: List[Trial]

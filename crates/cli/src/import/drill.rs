@@ -9,7 +9,7 @@ use clap::{Args, ValueEnum};
 use leadscrew_files::is_stdout;
 use leadscrew_import::drill::{jobs, DrillJob, Mirror, Options, Speeds};
 use leadscrew_import::excellon::{self, Digits, Known, Units, Zeros};
-use leadscrew_import::Mm;
+use leadscrew_import::{Faults, Job, Mm};
 use leadscrew_jobs::Machine;
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_sim::profile::{DrillTable, Place, Positive};
@@ -145,6 +145,28 @@ pub(super) fn run(args: &DrillArgs) -> Result<bool, Unusable> {
         write(&job, &path, &inputs, &args.output)?;
     }
     Ok(true)
+}
+
+/// The one job of a file, with M6 between its tools.
+///
+/// # Errors
+/// What `faulty` makes of the faults in the file; or the machine file has no depth or feed.
+pub(super) fn one(
+    text: &str,
+    args: &DrillArgs,
+    machine: &Machine,
+    faulty: impl Fn(Faults) -> Unusable,
+) -> Result<Job, Unusable> {
+    let options = options(args, &machine.file.drill)?;
+    let drawing = excellon::read(text, &known(args)).map_err(faulty)?;
+    let notes = drawing.notes.clone();
+    let made = jobs(&[drawing], &options, &speeds(machine)).map_err(unusable)?;
+    let job = made.into_iter().next().map(|one| one.job);
+    let job = job.unwrap_or_default();
+    Ok(Job {
+        notes: notes.into_iter().chain(job.notes).collect(),
+        lines: job.lines,
+    })
 }
 
 /// The name of the file for one bit: `JOB.nc` becomes `JOB-T2.nc` for bit 2.

@@ -1,5 +1,6 @@
 //! `leadscrew import`: converts job files of other machines to G-code.
 
+mod direct;
 mod drill;
 mod others;
 mod output;
@@ -45,4 +46,5 @@ pub(super) fn run(command: &ImportCommand) -> Result<bool, Unusable> {
     }
 }
 
+pub(super) use direct::direct;
 pub(super) use output::{read, shown, write};

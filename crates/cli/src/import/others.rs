@@ -93,6 +93,11 @@ fn home(text: &str) -> Result<[Mm; 3], String> {
 
 /// Imports RP code.
 pub(super) fn rp(args: &RpArgs) -> Result<bool, Unusable> {
+    convert(&args.file, &args.output, |text| rp_job(text, args))
+}
+
+/// The job of RP code.
+pub(super) fn rp_job(text: &str, args: &RpArgs) -> Result<Job, Faults> {
     let options = rp::Options {
         feed: args.feed,
         lift: args.lift,
@@ -102,11 +107,16 @@ pub(super) fn rp(args: &RpArgs) -> Result<bool, Unusable> {
         nozzle: args.nozzle,
         bed: args.bed,
     };
-    convert(&args.file, &args.output, |text| rp::job(text, &options))
+    rp::job(text, &options)
 }
 
 /// Imports an engraver's rows.
 pub(super) fn rows(args: &RowsArgs) -> Result<bool, Unusable> {
+    convert(&args.file, &args.output, |text| rows_job(text, args))
+}
+
+/// The job of an engraver's rows.
+pub(super) fn rows_job(text: &str, args: &RowsArgs) -> Result<Job, Faults> {
     let options = rows::Options {
         scale: args.scale,
         feed: args.feed,
@@ -115,13 +125,18 @@ pub(super) fn rows(args: &RowsArgs) -> Result<bool, Unusable> {
         spindle: args.spindle,
         has_switches: args.switches,
     };
-    convert(&args.file, &args.output, |text| rows::job(text, &options))
+    rows::job(text, &options)
 }
 
 /// Imports a printer's file.
 pub(super) fn print(args: &PrintArgs) -> Result<bool, Unusable> {
+    convert(&args.file, &args.output, |text| print_job(text, args))
+}
+
+/// The job of a printer's file.
+pub(super) fn print_job(text: &str, args: &PrintArgs) -> Result<Job, Faults> {
     let options = print::Options { home: args.home };
-    convert(&args.file, &args.output, |text| print::job(text, &options))
+    print::job(text, &options)
 }
 
 fn convert(

@@ -20,9 +20,14 @@ pub(in super::super) fn read(name: &Path) -> Result<String, Unusable> {
     let job = input::open(name).map_err(unusable)?;
     let bytes = read_all(job.text, LONGEST)
         .map_err(|error| unusable(format!("{}: cannot be read: {error}", job.name)))?;
-    let text = String::from_utf8_lossy(&bytes);
+    Ok(lines(&bytes))
+}
+
+/// The text of a file, with all lines ended by LF and without a byte order mark.
+pub(super) fn lines(bytes: &[u8]) -> String {
+    let text = String::from_utf8_lossy(bytes);
     let text = text.trim_start_matches('\u{FEFF}');
-    Ok(text.replace("\r\n", "\n").replace('\r', "\n"))
+    text.replace("\r\n", "\n").replace('\r', "\n")
 }
 
 /// The value that a reader returned. If it returned faults instead, prints them and returns `None`.

@@ -10,7 +10,7 @@ const DEPTH: [[f64; 3]; 5] = [
     [0.16, 0.52, 0.85],
 ];
 const TRAVEL: [f64; 3] = [0.62, 0.69, 0.76];
-const POWER_OFF: [f64; 3] = [0.90, 0.91, 0.93];
+const POWER_OFF: [f64; 3] = [0.78, 0.81, 0.85];
 const POWER_FULL: [f64; 3] = [0.08, 0.09, 0.11];
 /// The share of white in a pale colour.
 const PALE: f64 = 0.65;
@@ -71,6 +71,24 @@ mod tests {
             |colour: [f64; 3]| format!("[{:.2}, {:.2}, {:.2}]", colour[0], colour[1], colour[2]);
         for colour in DEPTH.into_iter().chain([TRAVEL, POWER_OFF, POWER_FULL]) {
             assert!(page.contains(&listed(colour)), "{colour:?}");
+        }
+    }
+
+    /// The contrast of a colour with white, as WCAG 2 measures it.
+    fn contrast(colour: [f64; 3]) -> f64 {
+        let linear = colour.map(|part| match part <= 0.04045 {
+            true => part / 12.92,
+            false => ((part + 0.055) / 1.055).powf(2.4),
+        });
+        let light = 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2];
+        1.05 / (light + 0.05)
+    }
+
+    #[test]
+    fn every_colour_is_told_from_the_grid() {
+        let grid = contrast([228.0 / 255.0; 3]);
+        for colour in DEPTH.into_iter().chain([TRAVEL, POWER_OFF, POWER_FULL]) {
+            assert!(contrast(colour) > 1.2 * grid, "{colour:?}");
         }
     }
 

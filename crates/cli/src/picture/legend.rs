@@ -92,7 +92,11 @@ fn depths(rows: &mut Rows, plot: &Plot<'_>) {
     let [top, bottom] = plot.depth;
     if plot.passes.is_empty() && plot.has_cuts() {
         let ends = [top, bottom].map(millimetres);
-        return scale(rows, plot, "cut at Z", ends);
+        let name = match plot.builds_up() {
+            true => "layers at Z",
+            false => "cut at Z",
+        };
+        return scale(rows, plot, name, ends);
     }
     for (number, z) in plot.passes.iter().enumerate() {
         let colour = plot.colour(plot.level_of(*z));

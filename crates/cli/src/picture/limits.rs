@@ -93,12 +93,12 @@ impl Family {
             Self::Rate => "#3f7fd0",
             Self::Curve => "#9460c0",
             Self::StepRate => "#7a5230",
-            Self::SlowerMove => "#b7d36a",
+            Self::SlowerMove => "#8fb03a",
             Self::Corner => "#ee9b2d",
-            Self::Stop => "#f2d74e",
+            Self::Stop => "#c9a800",
             Self::LookAhead => "#d5362b",
             Self::NoLine => "#e26fb0",
-            Self::Rest => "#d4d4d4",
+            Self::Rest => "#b4b4b4",
             Self::Cycle => "#8d99a6",
         }
     }

@@ -103,7 +103,7 @@ mod tests {
         let mut path = square(-2.0, 1.0);
         path.tool_mm = 3.0;
         path.go([5.0, 5.0, 1.0], StrokeKind::Travel);
-        path.go([5.0, 5.0, -4.0], StrokeKind::cut(0.0));
+        path.go([5.0, 5.0, -4.0], StrokeKind::cut(1.0));
         path.go([5.0, 5.0, 1.0], StrokeKind::Travel);
         path.tool_mm = 3.175;
         for x in [0.0, 20.0] {

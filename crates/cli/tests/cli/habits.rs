@@ -122,6 +122,8 @@ fn pauses_of_the_program_are_told() {
         let text = stdout(&leadscrew(&[command, &job]));
         let told = text.contains("  pauses       2 (M0, M6, !)") && text.contains("line 2, 4\n");
         assert!(told, "{text}");
+        let why = "line 4: the program pauses, tool: Resume goes on";
+        assert_eq!(text.contains(why), command != "check", "{text}");
         let json = stdout(&leadscrew(&[command, "--json", &job]));
         let json: Value = serde_json::from_str(&json).unwrap();
         assert_eq!(json["pauses"], Value::from(vec![2, 4]), "{command}");

@@ -121,10 +121,66 @@ fn a_line_that_the_machine_leaves_unanswered_ends_the_job_with_an_error() {
             said.contains(place) && said.contains("unanswered"),
             "{said}"
         );
-        assert!(result.contains("1 error"), "{result}");
+        let ends = [
+            "stopped by Sleep at line 3",
+            "stopped by an open door at line 1",
+        ];
+        assert!(ends.iter().any(|end| result.contains(end)), "{result}");
     }
     let last = folder.file("last.nc", "G1X1F600\nG4P0\n$SLP\n");
     assert_eq!(leadscrew(&["run", &last]).status.code(), Some(0));
+}
+
+/// The machine of a test, its job, and how the job ends: the cause and the line.
+type Ending = (&'static str, &'static str, Option<&'static str>, u64);
+
+const TOOLS: &str = "[tool_change]\nshown = \"hold\"\n";
+const SWITCHES: &str = "[bounds]\nhard = true\n[axes.x]\nlimits = { high = 3 }\n";
+const SOFT: &str = "[homing]\non = true\n[bounds]\nsoft = true\n";
+const PROBE: &str = "[probe]\nplate_height = -50\n";
+
+const ENDINGS: [Ending; 14] = [
+    ("", "G1 X1 F600\n", None, 1),
+    ("", "G1 X1 F600\nM2\n", None, 2),
+    ("", "G1 X1 F600\nM30\n\n", None, 3),
+    ("", "G1 X1 F600\nM0 (turn it)\nX2\n", None, 3),
+    ("", "G1 X1 F600\nG77\nX2\n", Some("error:20"), 2),
+    ("", "G1 X1\n", Some("error:22"), 1),
+    ("", "G1 X1 F600\nG4 P0\n\u{18}\nX2\n", Some("a reset"), 1),
+    ("", "G1 X9 F100\nG4 P0\nX9 \u{18}\n", Some("a reset"), 1),
+    ("", "G1 X1 F600\nG4 P0\n$SLP\nX2\n", Some("Sleep"), 3),
+    ("", "G1 X1 F600\n\u{84}X2\nX3\n", Some("an open door"), 1),
+    (TOOLS, "G1 X1 F600\nM6 T2\n\u{18}\nX2\n", Some("a reset"), 1),
+    (SWITCHES, "G1 X1 F600\nX9\n", Some("ALARM:1"), 2),
+    (SOFT, "$X\nG1 X1 F600\n", Some("ALARM:2"), 2),
+    (PROBE, "G1 X1 F600\nG38.2 Z-1\n", Some("ALARM:5"), 2),
+];
+
+#[test]
+fn a_job_has_one_account_of_its_end_however_it_ends() {
+    let folder = Folder::new();
+    for (file, job, by, line) in ENDINGS {
+        let machine = folder.file("machine.toml", file);
+        let name = folder.file("job.nc", job);
+        let options = ["--machine", &machine, &name];
+        for command in ["run", "profile"] {
+            let output = leadscrew(&[&[command, "--json"], &options[..]].concat());
+            let json: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+            let end = &json["end"];
+            assert_eq!(
+                (end["by"].as_str(), &end["line"]),
+                (by, &line.into()),
+                "{job} {json}"
+            );
+            let at = if by.is_some() { "stopped" } else { "done" };
+            assert_eq!(end["at"], at, "{job}");
+            let words = end["words"].as_str().unwrap();
+            let expected = by.map_or("done".to_owned(), |by| format!("stopped by {by}"));
+            assert!(words.starts_with(&expected), "{words}");
+            let told = stdout(&leadscrew(&[&[command], &options[..]].concat()));
+            assert!(told.lines().next().unwrap().ends_with(words), "{told}");
+        }
+    }
 }
 
 /// Line, code and column of each error that a command finds in a job.

@@ -11,3 +11,4 @@ mod program;
 mod refusals;
 mod schema;
 mod serving;
+mod times;

@@ -1,0 +1,50 @@
+//! How long a job takes: lines are planned and segments made, but no steps on pins.
+
+use crate::life::End;
+use crate::machine::Machine;
+use crate::stream::Stream;
+use leadscrew_sim::link::Rate;
+use schemars::JsonSchema;
+use serde::Serialize;
+use std::io::{self, BufRead};
+
+/// How long a job takes on a machine.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, JsonSchema)]
+pub struct Time {
+    /// From the first byte until motion rests and all has been answered, s.
+    pub job_seconds: f64,
+    /// From the start of the first move until motion rests, s; 0 for a job that moves nothing.
+    pub motion_seconds: f64,
+    /// From the first step to the last one, s.
+    #[serde(skip)]
+    pub step_seconds: f64,
+    /// How it ends.
+    #[serde(skip)]
+    pub end: End,
+}
+
+/// Times a job called `name`, without a pause between its lines. The times are those of a run, to
+/// the tick where the line never waits.
+///
+/// # Errors
+/// Where its text cannot be read to its end.
+pub fn time(machine: &Machine, rate: Rate, name: &str, text: impl BufRead) -> io::Result<Time> {
+    let stream = Stream {
+        machine,
+        rate,
+        // A check has found the lines that are refused.
+        keep_going: true,
+        feed_percent: 100,
+        keep_answers: false,
+        warn: false,
+        only_times: true,
+        tell: |_| {},
+    };
+    let done = stream.run(name, text, ())?;
+    Ok(Time {
+        job_seconds: done.outcome.job_seconds,
+        motion_seconds: done.outcome.motion_seconds,
+        step_seconds: done.outcome.step_seconds,
+        end: done.end,
+    })
+}
