@@ -564,8 +564,11 @@ export const cases = [
       const job = "G21 G90\n(cutter 3 mm)\nG1 X12 F240\nG1 Y30 F600\nG0 X0 Y0\n";
       await page.goto(playback(server.folder, "job.nc", job));
       assert.equal(await text(page, "#title"), "job.nc");
-      assert.match(await text(page, "#now"), /done .*X 0\.000  Y 0\.000/);
+      assert.match(await text(page, "#now"), /^0\.00 s .*X 0\.000  Y 0\.000/);
       assert.match(await text(page, "#legend"), /tool 3 mm/);
+      await page.locator("#slider").focus();
+      await page.keyboard.press("End");
+      assert.match(await text(page, "#now"), /done .*X 0\.000  Y 0\.000/);
       await page.getByRole("button", {name: "3D"}).click();
       await shoot("playback");
       await page.locator("#slider").focus();
@@ -695,8 +698,14 @@ export const cases = [
       const [inside, window] = await page.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
       assert.ok(inside <= window, `${inside} pixels in ${window}`);
       if (name.startsWith("phone")) {
-        const low = await page.evaluate(() => [...document.querySelectorAll("button")].filter((one) => one.offsetParent && one.offsetHeight < 44).map((one) => one.textContent));
-        assert.deepEqual(low, [], "buttons too low for a finger");
+        const small = await page.evaluate(() => [...document.querySelectorAll("button, select, input:not([type=file])")]
+          .filter((one) => one.checkVisibility() && Math.min(one.offsetWidth, one.offsetHeight) < 44).map((one) => one.id || one.textContent));
+        assert.deepEqual(small, [], "too small for a finger");
+        const below = await page.evaluate(() => {
+          scrollTo(0, 0);
+          return [".position", "#pad"].filter((part) => document.querySelector(part).getBoundingClientRect().bottom > innerHeight);
+        });
+        assert.deepEqual(below, [], "not on the first screen");
       }
     },
   })),

@@ -159,7 +159,7 @@ function begin() {
   });
   new ResizeObserver(drawChart).observe(by("chart"));
   drawLegend();
-  show(course.seconds);
+  show(0);
   view.fit();
 }
 
