@@ -19,3 +19,5 @@ python3 -m venv "$place/fresh"
 "$place/fresh/bin/pip" install --quiet --no-index "$place"/dist/*.whl
 "$place/fresh/bin/python" tests/wheel/try_it.py
 echo "a fresh environment, the wheel and all that it was used for: $((($(date +%s%N) - begun) / 1000000)) ms"
+"$place/fresh/bin/pip" install --quiet 'dask[distributed]>=2024'
+"$place/fresh/bin/python" tests/wheel/try_dask.py
