@@ -76,14 +76,18 @@ impl Filter {
     /// the interrupts are on.
     pub(crate) fn new(exti: EXTI, syscfg: &SYSCFG) -> Self {
         board::prepare();
-        for input in board::all() {
+        let inputs = board::all();
+        for input in inputs.iter().flatten() {
             input.pin.make_input(input.pull);
             select_port(syscfg, input.pin.number, input.pin.bank);
         }
         // The pulls have to charge the cables: 40 kΩ and a nanofarad or two are 0.1 ms.
         cortex_m::asm::delay(20_000);
-        let levels = board::all().filter(|input| input.level());
-        LEVELS.store(levels.fold(0, |all, input| all | input.line()), Relaxed);
+        let mut levels = 0;
+        for input in inputs.iter().flatten().filter(|input| input.level()) {
+            levels |= input.line();
+        }
+        LEVELS.store(levels, Relaxed);
         // Bits 0 to 15 are the pins' lines in these registers; those above stay.
         let lines = u32::from(board::lines());
         exti.rtsr().change(|all| all | lines);

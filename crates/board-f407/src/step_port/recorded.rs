@@ -1,7 +1,6 @@
 //! The tables of a board whose pins are in its record: room for a port and a word for each motor.
 //! Where motors share a port, their bits are in one word, and the last places stay unused.
 use crate::{
-    chip::Bank,
     fast_memory::placed,
     gpio::{AnyPort, Pin},
     profile::{self, MOTORS},
@@ -54,46 +53,46 @@ impl Table {
         }
     }
 
-    /// Makes the table. For each set of motors, `level` returns the level of each pin, from the
-    /// motor's number and whether it is in the set. `None` leaves the pin alone.
-    fn fill(&self, pins: &Pins, level: impl Fn(usize, bool) -> Option<bool>) {
-        let banks = banks(pins);
-        for (port, bank) in self.ports.iter().zip(&banks) {
-            port.set(*bank);
+    /// Takes the ports of the motors' pins, each once, in the order in which they come first.
+    /// Returns the pins with the places of their ports.
+    fn take_ports(&self, pins: impl Iterator<Item = Option<Pin>>) -> Vec<Placed, MOTORS> {
+        let (mut placed, mut count) = (Vec::<Placed, MOTORS>::new(), 0);
+        for (motor, pin) in (0..).zip(pins) {
+            let Some(pin) = pin else {
+                continue;
+            };
+            let known = placed.iter().find(|other| other.pin.bank == pin.bank);
+            let place = known.map_or(count, |other| other.place);
+            if let (None, Some(port)) = (known, self.ports.get(place)) {
+                port.set(pin.bank);
+                count += 1;
+            }
+            // There are no more pins than motors.
+            let _ = placed.push(Placed { motor, place, pin });
         }
-        self.count.store(banks.len() as u8, Relaxed);
-        for (set, words) in (0u8..).zip(&self.words) {
-            let set = MotorMask::from_bits(set);
-            fill_words(words, pins, &banks, |motor| {
-                level(motor, set.contains(motor))
-            });
-        }
+        self.count.store(count as u8, Relaxed);
+        placed
     }
 }
 
-/// A pin of each motor.
-type Pins = [Option<Pin>; MOTORS];
-
-/// The ports of pins, each once, in the order in which they come first.
-fn banks(pins: &Pins) -> Vec<Bank, MOTORS> {
-    let mut banks = Vec::new();
-    for pin in pins.iter().flatten() {
-        if !banks.contains(&pin.bank) {
-            // There are no more ports than pins.
-            let _ = banks.push(pin.bank);
-        }
-    }
-    banks
+/// A motor's pin.
+struct Placed {
+    motor: u8,
+    /// The place of its port in the table.
+    place: usize,
+    pin: Pin,
 }
 
-/// Makes one word for each port.
-fn fill_words(words: &Words, pins: &Pins, banks: &[Bank], level: impl Fn(usize) -> Option<bool>) {
-    for (bank, word) in banks.iter().zip(words) {
-        let bits = pins.iter().enumerate().filter_map(|(motor, pin)| {
-            let here = pin.filter(|pin| pin.bank == *bank)?;
-            level(motor).map(|high| here.word(high))
-        });
-        word.store(bits.fold(0, |word, pin| word | pin), Relaxed);
+/// Makes the words that put the pins of the motors in `of` to a level: high for those in `high`.
+fn fill_words(words: &Words, pins: &[Placed], of: u8, high: u8) {
+    for (place, word) in words.iter().enumerate() {
+        let mut bits = 0;
+        for Placed { motor, pin, .. } in pins.iter().filter(|pin| pin.place == place) {
+            if of >> motor & 1 == 1 {
+                bits |= pin.word(high >> motor & 1 == 1);
+            }
+        }
+        word.store(bits, Relaxed);
     }
 }
 
@@ -117,17 +116,17 @@ placed! { ".bss.ccm.tables";
 /// Makes the tables. `steps` are the motors whose step pulses are low, `directions` are those whose
 /// direction pin is low for the negative direction. Main loop, at rest.
 pub(super) fn fill(steps: MotorMask, directions: MotorMask) {
+    let (low, reversed) = (steps.bits(), directions.bits());
     let motors = profile::motors();
-    let (step, direction) = (motors.map(|motor| motor.0), motors.map(|motor| motor.1));
-    TABLES.steps.fill(&step, |motor, stepping| {
-        stepping.then(|| !steps.contains(motor))
-    });
-    TABLES.directions.fill(&direction, |motor, negative| {
-        Some(negative != directions.contains(motor))
-    });
-    fill_words(&TABLES.pulse_end, &step, &banks(&step), |motor| {
-        Some(steps.contains(motor))
-    });
+    let step = TABLES.steps.take_ports(motors.iter().map(|motor| motor.0));
+    let direction = &TABLES.directions;
+    let turn = direction.take_ports(motors.iter().map(|motor| motor.1));
+    let tables = TABLES.steps.words.iter().zip(&direction.words);
+    for (set, (stepping, negative)) in (0u8..).zip(tables) {
+        fill_words(stepping, &step, set, !low);
+        fill_words(negative, &turn, u8::MAX, set ^ reversed);
+    }
+    fill_words(&TABLES.pulse_end, &step, u8::MAX, low);
 }
 
 /// Puts the step pins of these motors to the level of a pulse.

@@ -8,6 +8,9 @@ use core::sync::atomic::{AtomicU16, Ordering::Relaxed};
 use leadscrew_machine::board::Switches;
 use leadscrew_stepper::MotorMask;
 
+/// The most inputs of a board.
+const INPUTS: usize = MOTORS + 5;
+
 /// Tables of the inputs. Written at start-up, read by the switch interrupts.
 struct Table {
     /// The port of the input on each line of EXTI. A pin has the number of its line.
@@ -47,7 +50,7 @@ pub(super) fn prepare() {
         line.store(bit(input), Relaxed);
     }
     let (mut lines, mut inverted) = (0, 0);
-    for input in all() {
+    for input in all().iter().flatten() {
         lines |= input.line();
         inverted |= if input.inverted { input.line() } else { 0 };
         if let Some(port) = TABLE.ports.get(usize::from(input.pin.number)) {
@@ -59,9 +62,12 @@ pub(super) fn prepare() {
 }
 
 /// All inputs.
-pub(super) fn all() -> impl Iterator<Item = Input> {
-    let limits = profile::limits().into_iter();
-    limits.chain(profile::buttons()).flatten()
+pub(super) fn all() -> [Option<Input>; INPUTS] {
+    let mut all = [None; INPUTS];
+    let (limits, buttons) = all.split_at_mut(MOTORS);
+    limits.copy_from_slice(&profile::limits());
+    buttons.copy_from_slice(&profile::buttons());
+    all
 }
 
 /// Lines of EXTI in use, one bit a line.

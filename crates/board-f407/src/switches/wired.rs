@@ -16,6 +16,20 @@ const BUTTONS: [Option<Input>; 5] = [
     PROFILE.start,
     PROFILE.door,
 ];
+const INPUTS: usize = MOTORS + BUTTONS.len();
+/// All inputs, limit switches first.
+const ALL: [Option<Input>; INPUTS] = {
+    let (mut all, mut place) = ([None; INPUTS], 0);
+    while place < INPUTS {
+        all[place] = if place < MOTORS {
+            PROFILE.limits[place]
+        } else {
+            BUTTONS[place - MOTORS]
+        };
+        place += 1;
+    }
+    all
+};
 placed! { ".fast_code.banks";
     /// The port of the input on each line of EXTI. A pin has the number of its line.
     static BANKS: [Bank; 16] = WIRED.0;
@@ -26,13 +40,8 @@ const LINES: u16 = WIRED.1;
 const INVERTED: u16 = WIRED.2;
 const WIRED: ([Bank; 16], u16, u16) = {
     let (mut banks, mut lines, mut inverted, mut place) = ([Bank::A; 16], 0, 0, 0);
-    while place < MOTORS + BUTTONS.len() {
-        let input = if place < MOTORS {
-            PROFILE.limits[place]
-        } else {
-            BUTTONS[place - MOTORS]
-        };
-        if let Some(input) = input {
+    while place < INPUTS {
+        if let Some(input) = ALL[place] {
             assert!(lines & input.line() == 0, "two inputs on one line of EXTI");
             lines |= input.line();
             banks[input.pin.number as usize] = input.pin.bank;
@@ -50,8 +59,8 @@ const WIRED: ([Bank; 16], u16, u16) = {
 pub(super) fn prepare() {}
 
 /// All inputs.
-pub(super) fn all() -> impl Iterator<Item = Input> {
-    PROFILE.limits.into_iter().chain(BUTTONS).flatten()
+pub(super) fn all() -> [Option<Input>; INPUTS] {
+    ALL
 }
 
 /// Lines of EXTI in use, one bit a line.
