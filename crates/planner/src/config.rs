@@ -140,7 +140,7 @@ pub(crate) struct Limits<const AXES: usize> {
     /// Junction deviation, mm.
     pub(crate) deviation: f32,
     /// The square of the length below which a move has too few steps to give a direction, mm² (see
-    /// `short`).
+    /// `short`). With uneven axes it is the greatest such length (see `coarse`).
     pub(crate) short2: f32,
     pub(crate) unit: SpeedUnit,
 }

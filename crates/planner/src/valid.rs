@@ -130,16 +130,25 @@ impl<const AXES: usize> Move<AXES> {
     /// # Errors
     /// The first value that is not a number, infinite, or out of its range.
     pub fn validate(&self) -> Result<(), MoveError> {
-        let feed = match self.feed {
-            Feed::Rapid => true,
-            Feed::PerMinute(feed) | Feed::InverseTime(feed) => feed > 0.0 && feed < f32::INFINITY,
-        };
-        ensure(feed, MoveError::Feed)?;
-        let rounding = ZERO_OR_MORE.contains(&self.rounding);
-        ensure(rounding, MoveError::Rounding)?;
-        let curve = self.curve.is_none_or(|curve| curve.is_valid());
-        ensure(curve, MoveError::Curve)
+        if let Feed::PerMinute(feed) | Feed::InverseTime(feed) = self.feed {
+            if !is_positive(feed) {
+                return Err(MoveError::Feed);
+            }
+        }
+        if !ZERO_OR_MORE.contains(&self.rounding) {
+            return Err(MoveError::Rounding);
+        }
+        match self.curve {
+            Some(curve) if !curve.is_valid() => Err(MoveError::Curve),
+            Some(_) | None => Ok(()),
+        }
     }
+}
+
+/// Whether a number is above 0 and finite: its bits lie between those of 0 and those of infinity,
+/// which one comparison tells.
+fn is_positive(number: f32) -> bool {
+    number.to_bits().wrapping_sub(1) < f32::INFINITY.to_bits() - 1
 }
 
 impl Curve {
@@ -276,6 +285,16 @@ mod tests {
                 ..config
             }
         );
+    }
+
+    #[test]
+    fn numbers_above_zero_and_finite_are_told_from_all_others() {
+        for number in [1e-45, f32::MIN_POSITIVE, 1.0, f32::MAX] {
+            assert!(is_positive(number) && !is_positive(-number), "{number}");
+        }
+        for number in NEVER.into_iter().chain([0.0, -0.0, -f32::NAN]) {
+            assert!(!is_positive(number), "{number}");
+        }
     }
 
     #[test]

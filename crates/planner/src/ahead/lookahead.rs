@@ -256,15 +256,13 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         Some((last, self.planned == self.moves.storage_len()))
     }
 
-    /// Replaces the last move, which does not run, by the same move made longer. The longer move
-    /// begins as before and can brake at least as much, so planned speeds stay valid.
-    pub(crate) fn lengthen_last(&mut self, longer: PlannedMove<AXES, MOTORS>) {
+    /// The last move, which does not run, to be made longer. The longer move begins as before and
+    /// can brake at least as much, so planned speeds stay valid.
+    pub(crate) fn lengthen_last(&mut self) -> Option<&mut PlannedMove<AXES, MOTORS>> {
         if self.planned == self.moves.storage_len() {
             self.stale = self.stale.max(Stale::End);
         }
-        if let Some(last) = self.moves.back_mut() {
-            *last = longer;
-        }
+        self.moves.back_mut()
     }
 
     /// Ends the move that runs, if one does, and starts the next one.

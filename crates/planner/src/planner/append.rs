@@ -83,22 +83,23 @@ where
     K: Kinematics<AXES, MOTORS>,
 {
     /// Finds length and limits of the planned move for `of`, which has `events` steps of the
-    /// dominant motor. Returns its direction. `exact`: the way that was asked for, mm, if the axes
-    /// are uneven.
+    /// dominant motor. Returns its direction. `exact` returns the way that was asked for, mm;
+    /// without uneven axes nobody asks.
     pub(super) fn plan(
         &self,
         planned: &mut PlannedMove<AXES, MOTORS>,
         of: &Move<AXES>,
         events: u32,
-        exact: Option<[f32; AXES]>,
+        exact: impl FnOnce() -> Option<[f32; AXES]>,
     ) -> [f32; AXES] {
         let mut axes_mm = self.axes_mm(planned.delta);
-        let exact = exact.filter(|_| self.limits.is_uneven);
+        let exact = if self.limits.is_uneven { exact() } else { None };
         let is_coarse = exact.is_some_and(|exact| self.limits.straighten(&mut axes_mm, &exact));
         let length = sqrt(norm2(&axes_mm));
         let direction = axes_mm.map(|mm| mm / length);
         if is_coarse {
-            planned.coarse = Limits::<AXES>::share(direction[self.limits.coarsest]);
+            let component = direction.get(self.limits.coarsest).copied();
+            planned.coarse = Limits::<AXES>::share(component.unwrap_or(0.0));
         }
         planned.length = length;
         planned.acceleration = 1.0 / worst(&direction, &self.limits.per_acceleration);
@@ -196,38 +197,42 @@ where
     /// `None`, and nothing has changed, if it has to be a move by itself.
     pub(super) fn merge(&mut self, of: &Move<AXES>, delta: [i32; MOTORS]) -> Option<()> {
         let (row, pixel) = self.row.as_ref()?.extended(of, delta)?;
-        let (last, planned) = self.queue.last_waiting()?;
-        let shorter = *last;
-        if shorter.coarse != 0 {
+        let (last, is_planned) = self.queue.last_waiting()?;
+        if last.coarse != 0 {
             return None;
         }
-        let longer = PlannedMove {
-            delta: row.delta(),
-            length: sqrt(norm2(&self.axes_mm(row.delta()))),
-            pixels: shorter.pixels.checked_add(1)?,
-            has_gaps: shorter.has_gaps || is_gap(of),
-            ..shorter
-        };
-        let nominal = self.nominal(&longer);
-        let gap = longer.length - shorter.length;
-        let slower = nominal < self.nominal(&shorter);
-        if is_gap(of) && (slower || !is_short(gap, nominal, longer.acceleration)) {
+        let pixels = last.pixels.checked_add(1)?;
+        let length = sqrt(norm2(&self.axes_mm(row.delta())));
+        let is_gap = is_gap(of);
+        if is_gap && !self.takes_gap(last, length - last.length) {
             return None;
         }
-        let is_short = self.is_short(&longer);
+        let is_short = self.is_short(&row.delta(), length);
         if let Some(window) = self.window.as_mut().filter(|window| window.goes_on()) {
             window.lengthen_last(is_short, &of.target);
         }
-        self.lengthen_newest(longer);
+        self.lengthen_newest(|last| {
+            (last.delta, last.length, last.pixels) = (row.delta(), length, pixels);
+            last.has_gaps |= is_gap;
+        });
         self.pixels.push(pixel);
         self.row = Some(row);
         self.short = None;
-        if planned {
-            self.nominal_before = Some(nominal);
+        if is_planned {
+            self.nominal_before = self.queue.newest().map(|last| self.nominal(last));
         } else {
             self.settle();
         }
         Some(())
+    }
+
+    /// Whether a rapid of `length` mm may be part of the row `last`, and slows it down nowhere.
+    fn takes_gap(&self, last: &PlannedMove<AXES, MOTORS>, length: f32) -> bool {
+        let nominal = self.nominal(&PlannedMove {
+            has_gaps: true,
+            ..*last
+        });
+        nominal >= self.nominal(last) && is_short(length, nominal, last.acceleration)
     }
 
     /// Queues a move. If it and the last move are short and one move can stand for both, it becomes
@@ -245,9 +250,9 @@ where
             window.begin(&start);
         }
         let mut planned = PlannedMove::new(of, delta);
-        let exact = self.window.as_ref().map(|window| window.way_on(&of.target));
+        let exact = || Some(self.window.as_ref()?.way_on(&of.target));
         let direction = self.plan(&mut planned, of, events, exact);
-        let is_short = self.is_short(&planned);
+        let is_short = self.is_short(&delta, planned.length);
         if let Some(window) = &mut self.window {
             let piece = piece(&planned, direction, of);
             window.push(&piece, is_short, of.curve.is_some(), &of.target);
@@ -266,7 +271,7 @@ where
     /// Queues a move by Grbl's rule: the speed at a corner is known once the move after it is.
     fn append_by_corners(&mut self, of: &Move<AXES>, delta: [i32; MOTORS], events: u32) {
         let mut planned = PlannedMove::new(of, delta);
-        let direction = self.plan(&mut planned, of, events, None);
+        let direction = self.plan(&mut planned, of, events, || None);
         let v2 = self
             .last
             .map_or(0.0, |before| junction_v2(&before, &direction, &self.limits));
@@ -283,20 +288,20 @@ where
         let (last, is_planned) = self.queue.last_waiting()?;
         let fits = !is_planned && last.goes_on_with(of) && of.curve.is_none();
         let more = self.axes_mm(*delta);
-        let short2 = self.limits.short2(&more);
-        if !fits || !self.is_short(last) || norm2(&more) >= short2 {
+        let short2 = self.short2(delta);
+        if !fits || !self.is_short(&last.delta, last.length) || norm2(&more) >= short2 {
             return None;
         }
         let way = self.window.as_ref()?.way_on(&of.target);
         let joined = short.joined(delta, &way, short2)?;
         let mut planned = PlannedMove::new(of, joined.delta());
-        let exact = Some(joined.pieces.way());
+        let exact = || Some(joined.pieces.way());
         let direction = self.plan(&mut planned, of, joined.events(), exact);
-        let is_short = self.is_short(&planned);
+        let is_short = self.is_short(&planned.delta, planned.length);
         let piece = piece(&planned, direction, of);
         let window = self.window.as_mut()?;
         window.join_last(&piece, is_short, joined.pieces.is_bent, &of.target);
-        self.lengthen_newest(planned);
+        self.lengthen_newest(|last| *last = planned);
         self.short = Some(joined);
         self.begin_row(of, joined.delta());
         self.settle();
@@ -306,15 +311,28 @@ where
     /// Notes the last queued move, which makes `delta` steps, so that the next one can be joined
     /// with it if both are short.
     fn begin_short(&mut self, of: &Move<AXES>, delta: &[i32; MOTORS], is_short: bool) {
+        self.short = None;
+        if !is_short {
+            return;
+        }
         let plain = matches!(of.feed, Feed::PerMinute(_)) && of.curve.is_none();
-        let window = self.window.as_ref().filter(|_| plain && is_short);
+        let window = self.window.as_ref().filter(|_| plain);
         self.short = window.map(|window| Short::new(delta, window.last_way()));
     }
 
-    /// Whether a move has too few steps to give a direction.
-    fn is_short(&self, planned: &PlannedMove<AXES, MOTORS>) -> bool {
-        let short2 = self.limits.short2(&self.axes_mm(planned.delta));
-        planned.length * planned.length < short2
+    /// Whether a move by `delta` steps, `length` mm long, has too few steps to give a direction.
+    /// Most moves are too long for that on any axis.
+    fn is_short(&self, delta: &[i32; MOTORS], length: f32) -> bool {
+        let length2 = length * length;
+        length2 < self.limits.short2 && length2 < self.short2(delta)
+    }
+
+    /// The square of the length below which a move by `delta` steps has too few of them, mm².
+    fn short2(&self, delta: &[i32; MOTORS]) -> f32 {
+        match self.limits.is_uneven {
+            true => self.limits.uneven_short2(&self.axes_mm(*delta)),
+            false => self.limits.short2,
+        }
     }
 
     /// Notes the last queued move, so that further moves can be merged into it.
@@ -457,12 +475,17 @@ where
         self.queue.push(planned);
     }
 
-    /// Replaces the newest move by the same move made longer.
-    pub(super) fn lengthen_newest(&mut self, longer: PlannedMove<AXES, MOTORS>) {
-        let shorter = self.queue.newest().map(|of| self.backlog.micros(of));
-        self.backlog
-            .replace(shorter, Some(self.backlog.micros(&longer)));
-        self.queue.lengthen_last(longer);
+    /// Makes the newest move longer.
+    pub(super) fn lengthen_newest(
+        &mut self,
+        lengthen: impl FnOnce(&mut PlannedMove<AXES, MOTORS>),
+    ) {
+        if let Some(newest) = self.queue.lengthen_last() {
+            let shorter = self.backlog.micros(newest);
+            lengthen(newest);
+            let longer = self.backlog.micros(newest);
+            self.backlog.replace(Some(shorter), Some(longer));
+        }
     }
 
     /// Notes that a move does not wait any more.

@@ -176,9 +176,7 @@ where
     /// [`PushError`]; nothing has changed then.
     pub fn push(&mut self, of: &Move<AXES>) -> Result<Pushed, PushError> {
         of.validate().map_err(PushError::Invalid)?;
-        if self.is_renewing() {
-            self.renew();
-        }
+        self.renew();
         if !self.has_room() {
             return Err(PushError::Full);
         }

@@ -48,9 +48,12 @@ where
     /// block of moves at most, 16 in the usual queue, because a `Machine::poll` may call it for
     /// each segment that it makes.
     pub fn renew(&mut self) -> bool {
-        if !self.queue.is_renewing() {
-            return false;
-        }
+        self.is_renewing() && self.renew_block()
+    }
+
+    /// Plans the next block of moves anew; returns whether more are left. A function of its own:
+    /// [`Planner::renew`], called for each segment and each line, hardly ever has anything to do.
+    fn renew_block(&mut self) -> bool {
         let (overrides, unit) = (self.overrides, self.limits.unit);
         let (queue, axis_limits) = self.parts();
         queue.renew(&axis_limits, |before, planned| {

@@ -111,7 +111,8 @@ fn planned(
     delta: [i32; 2],
 ) -> PlannedMove<2, 2> {
     let mut planned = PlannedMove::new(of, delta);
-    planner.plan(&mut planned, of, delta[0].max(delta[1]) as u32, None);
+    let events = delta[0].max(delta[1]) as u32;
+    planner.plan(&mut planned, of, events, || None);
     planned
 }
 

@@ -53,13 +53,10 @@ impl<const AXES: usize> Limits<AXES> {
         is_coarsest
     }
 
-    /// The square of the length below which a move has too few steps to give a direction, mm²: by
-    /// the coarsest steps that are not coarse beside the finest ones of the move. `ways`: of its
-    /// axes, mm.
-    pub(crate) fn short2(&self, ways: &[f32; AXES]) -> f32 {
-        if !self.is_uneven {
-            return self.short2;
-        }
+    /// The square of the length below which a move has too few steps to give a direction, mm², on
+    /// a machine with uneven axes: by the coarsest steps that are not coarse beside the finest ones
+    /// of the move. `ways`: of its axes, mm.
+    pub(crate) fn uneven_short2(&self, ways: &[f32; AXES]) -> f32 {
         let moving = || {
             let axes = ways.iter().zip(&self.half_step);
             axes.filter(|(way, _)| **way != 0.0).map(|(_, step)| *step)
