@@ -242,9 +242,10 @@ impl<const AXES: usize> Interpreter<AXES> {
         }
         let feed = match (self.modal.motion, self.modal.feed_mode) {
             (Motion::Rapid, _) => Feed::Rapid,
-            (_, FeedMode::PerMinute) => {
-                Feed::PerMinute(self.rate_in(self.modal.units, plan, context))
-            }
+            (_, FeedMode::PerMinute) => Feed::PerMinute(match self.modal.units {
+                Units::Millimetres => plan.feed,
+                Units::Inches => self.rate_in_inches(plan, context),
+            }),
             (_, FeedMode::InverseTime) => Feed::InverseTime(plan.feed),
         };
         let travel = Travel {
@@ -267,15 +268,10 @@ impl<const AXES: usize> Interpreter<AXES> {
         self.position = plan.target;
     }
 
-    /// The speed of a motion to the plan's target. Where only axes move that turn, F counts degrees,
-    /// which have no inches.
-    pub(super) fn rate_in(
-        &self,
-        units: Units,
-        plan: &Plan<AXES>,
-        context: &Context<'_, AXES>,
-    ) -> Number {
-        match units == Units::Inches && context.turns_alone(&self.position, &plan.target) {
+    /// The speed of a motion to the plan's target in G20. Where only axes move that turn, F counts
+    /// degrees, which have no inches.
+    pub(super) fn rate_in_inches(&self, plan: &Plan<AXES>, context: &Context<'_, AXES>) -> Number {
+        match context.turns_alone(&self.position, &plan.target) {
             true => millimetres_to_inches(plan.feed),
             false => plan.feed,
         }

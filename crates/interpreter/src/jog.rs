@@ -5,7 +5,7 @@ use super::command::{Feed, Jog, Spindle, Travel};
 use super::context::Context;
 use super::fault::Fault;
 use super::interpreter::spindle;
-use super::modal_state::{FeedMode, ModalState, Motion};
+use super::modal_state::{FeedMode, ModalState, Motion, Units};
 use super::setup::Interpreter;
 use super::words::Block;
 
@@ -38,7 +38,10 @@ impl<const AXES: usize> Interpreter<AXES> {
             .map_err(|refusal| refusal.locate(line))?;
         let travel = Travel {
             target: plan.target,
-            feed: Feed::PerMinute(self.rate_in(block.modal.units, &plan, context)),
+            feed: Feed::PerMinute(match block.modal.units {
+                Units::Millimetres => plan.feed,
+                Units::Inches => self.rate_in_inches(&plan, context),
+            }),
             spindle: Spindle {
                 cutting: true, // a laser is lit as in G1, whatever the motion mode
                 ..spindle(&self.modal)

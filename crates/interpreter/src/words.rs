@@ -152,8 +152,10 @@ impl<const AXES: usize> Block<AXES> {
 
     /// Whether an M code of the line comes first, and the line has other words besides.
     pub(super) fn has_rest(&self, own: OwnCodes<'_>) -> bool {
-        let found = own.found().filter(|_| self.groups.contains(Group::Own));
-        found.is_some_and(|(code, _)| {
+        if !self.groups.contains(Group::Own) {
+            return false;
+        }
+        own.found().is_some_and(|(code, _)| {
             let words = self.letters.without(Letters::taken_by(code)).without(N);
             code.is_first() && (!words.is_empty() || !self.groups.without(OWN).is_empty())
         })
@@ -224,20 +226,17 @@ impl<const AXES: usize> Block<AXES> {
         value: Number,
         context: &Context<'_, AXES>,
     ) -> Result<(), Status> {
-        let mut tool = Number::default();
-        let slot = match letter {
-            Letter::X => self.axis(0)?,
-            Letter::Y => self.axis(1)?,
-            Letter::Z => self.axis(2)?,
-            Letter::A | Letter::B | Letter::C | Letter::E => self.further_axis(letter, context)?,
-            Letter::F => &mut self.f,
-            Letter::S => &mut self.modal.speed,
-            Letter::T => &mut tool,
-            _ => self.rare_slot(letter, context.dialect)?,
-        };
-        *slot = value;
-        if letter == Letter::T {
-            self.modal.tool = tool_number(tool, context.dialect)?;
+        match letter {
+            Letter::X => *self.axis(0)? = value,
+            Letter::Y => *self.axis(1)? = value,
+            Letter::Z => *self.axis(2)? = value,
+            Letter::A | Letter::B | Letter::C | Letter::E => {
+                *self.further_axis(letter, context)? = value;
+            }
+            Letter::F => self.f = value,
+            Letter::S => self.modal.speed = value,
+            Letter::T => self.modal.tool = tool_number(value, context.dialect)?,
+            _ => *self.rare_slot(letter, context.dialect)? = value,
         }
         self.letters.insert(letter)?;
         if value < Number::default() && MAY_NOT_BE_NEGATIVE.contains(letter) {
