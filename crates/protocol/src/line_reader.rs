@@ -24,7 +24,16 @@ enum Skip {
     Parentheses,
     /// Up to the end of the line: behind a `;`, or because the line is too long already.
     Rest,
-    /// Up to the end of the line, of which the begin was dropped: it is no line.
+}
+
+/// What the line under way is at its end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum End {
+    /// A line without a comment.
+    Plain,
+    /// A line with a comment.
+    Commented,
+    /// No line: its begin was dropped.
     Torn,
 }
 
@@ -57,7 +66,7 @@ impl Skip {
             (Self::Nothing, b'(') => Self::Parentheses,
             (Self::Nothing, b';') => Self::Rest,
             (Self::Parentheses, b')') => Self::Nothing,
-            (Self::Nothing | Self::Parentheses | Self::Rest | Self::Torn, _) => self,
+            (Self::Nothing | Self::Parentheses | Self::Rest, _) => self,
         }
     }
 }
@@ -80,10 +89,12 @@ pub struct LineReader<const CAPACITY: usize> {
     limit: usize,
     skip: Skip,
     too_long: bool,
-    /// The comment of the line that was completed last, or of the one under way.
+    /// The comment of the last line that has one.
     comment: Vec<u8, COMMENT>,
-    /// The line under way has a comment.
-    has_comment: bool,
+    /// What the line under way is so far.
+    end: End,
+    /// What the line is that was completed last.
+    last: End,
 }
 
 /// The most that is kept of a comment, in bytes.
@@ -101,7 +112,8 @@ impl<const CAPACITY: usize> LineReader<CAPACITY> {
             skip: Skip::Nothing,
             too_long: false,
             comment: Vec::new(),
-            has_comment: false,
+            end: End::Plain,
+            last: End::Plain,
         }
     }
 
@@ -144,7 +156,7 @@ impl<const CAPACITY: usize> LineReader<CAPACITY> {
 
     /// Returns whether a part of a line has come, comments count.
     pub(crate) fn has_begun(&self) -> bool {
-        !self.is_empty() || self.skip != Skip::Nothing || self.has_comment
+        !self.is_empty() || self.skip != Skip::Nothing || self.end != End::Plain
     }
 
     /// Forgets the line, to begin the next: after it has been answered, and at a reset.
@@ -152,7 +164,7 @@ impl<const CAPACITY: usize> LineReader<CAPACITY> {
         self.next = 0;
         self.skip = Skip::Nothing;
         self.too_long = false;
-        self.has_comment = false;
+        self.end = End::Plain;
     }
 
     /// Forgets the line under way and the rest of it that is still to come: nobody is to carry out
@@ -161,47 +173,56 @@ impl<const CAPACITY: usize> LineReader<CAPACITY> {
         self.clear();
         self.kept = 0;
         self.next = NOWHERE;
-        self.skip = Skip::Torn;
+        self.skip = Skip::Rest;
+        self.end = End::Torn;
     }
 
     /// Returns the comment of the line that was completed last, as far as there is room for it:
     /// between `(` and `)`, or behind `;`.
     pub fn comment(&self) -> &str {
-        core::str::from_utf8(&self.comment).unwrap_or_default()
+        match self.last {
+            End::Commented => core::str::from_utf8(&self.comment).unwrap_or_default(),
+            End::Plain | End::Torn => "",
+        }
     }
 
     fn note_comment(&mut self, byte: u8) {
         match (self.skip, byte) {
             (Skip::Nothing, b'(' | b';') => {
                 self.comment.clear();
-                self.has_comment = true;
+                self.end = End::Commented;
             }
             (Skip::Parentheses, b')') | (Skip::Nothing, _) => {}
-            (Skip::Parentheses | Skip::Rest, b' '..=b'~') if !self.too_long => {
+            (Skip::Parentheses | Skip::Rest, b' '..=b'~')
+                if !self.too_long && self.end == End::Commented =>
+            {
                 let _full = self.comment.push(byte);
             }
-            (Skip::Parentheses | Skip::Rest | Skip::Torn, _) => {}
+            (Skip::Parentheses | Skip::Rest, _) => {}
         }
     }
 
     fn length(&self) -> usize {
         match self.skip {
             Skip::Nothing => self.next,
-            Skip::Parentheses | Skip::Rest | Skip::Torn => self.kept,
+            Skip::Parentheses | Skip::Rest => self.kept,
         }
+    }
+
+    /// Ends the line under way; returns whether it is one.
+    fn end_line(&mut self) -> bool {
+        if self.end == End::Torn {
+            self.clear();
+            return false;
+        }
+        self.last = self.end;
+        true
     }
 
     #[cold]
     fn pass_over(&mut self, byte: u8) -> bool {
         if is_line_end(byte) {
-            if self.skip == Skip::Torn {
-                self.clear();
-                return false;
-            }
-            if !core::mem::take(&mut self.has_comment) {
-                self.comment.clear();
-            }
-            return true;
+            return self.end_line();
         }
         self.note_comment(byte);
         let is_full = self.skip == Skip::Nothing && kept(byte) != 0;
@@ -214,7 +235,7 @@ impl<const CAPACITY: usize> LineReader<CAPACITY> {
         };
         self.next = match self.skip {
             Skip::Nothing => self.kept,
-            Skip::Parentheses | Skip::Rest | Skip::Torn => NOWHERE,
+            Skip::Parentheses | Skip::Rest => NOWHERE,
         };
         false
     }

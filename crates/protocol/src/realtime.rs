@@ -168,8 +168,6 @@ impl Sorter {
         })
     }
 
-    #[cold]
-    #[inline(never)]
     fn sort_high(&mut self, byte: u8) -> Byte {
         let before = core::mem::replace(&mut self.letter, Letter::None);
         let letter = Byte::Ordinary(LETTER);

@@ -401,25 +401,10 @@ impl Channel<'_> {
         if self.complete || self.blocked {
             return;
         }
-        let bytes = self.read_on();
+        let (bytes, complete) = self.inbox.read_line(BYTES_A_POLL);
+        self.complete = complete;
         work.bytes = work.bytes.wrapping_add(bytes);
         self.heard |= bytes > 0;
-    }
-
-    /// Reads until the line is complete, for as long as bytes are ready; returns how many.
-    fn read_on(&mut self) -> u32 {
-        let mut read = 0;
-        for _ in 0..self.inbox.ready().min(BYTES_A_POLL) {
-            let Some(byte) = self.inbox.take() else {
-                break;
-            };
-            read += 1;
-            self.complete = self.inbox.reader.push(byte);
-            if self.complete {
-                break;
-            }
-        }
-        read
     }
 
     /// Whether the other end has gone away, and all of its lines are taken.

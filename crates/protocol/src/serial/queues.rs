@@ -196,6 +196,24 @@ impl Inbox<'_> {
         Some(byte)
     }
 
+    /// Reads on, at most `most` of the bytes that are [`ready`](Self::ready); returns how many were
+    /// read, and whether they complete the line. Main loop.
+    pub fn read_line(&mut self, most: usize) -> (u32, bool) {
+        let (mut read, mut complete) = (0, false);
+        for _ in 0..self.ready().min(most) {
+            let Some(byte) = self.bytes.dequeue() else {
+                break;
+            };
+            read += 1;
+            complete = self.reader.push(byte);
+            if complete {
+                break;
+            }
+        }
+        self.taken = self.taken.wrapping_add(read);
+        (read, complete)
+    }
+
     /// Drops the unread bytes that came before `mark`. Main loop; bounded by the size of the queue.
     pub fn drop_before(&mut self, mark: Mark) {
         let ahead = mark.0.wrapping_sub(self.taken);
@@ -396,8 +414,12 @@ impl<'a> Output<'a> {
         if sent == first.len() && !second.is_empty() {
             sent += write(second);
         }
-        for _ in 0..sent {
-            self.waiting.pop_front();
+        if sent == self.waiting.storage_len() {
+            self.waiting.clear();
+        } else {
+            for _ in 0..sent {
+                self.waiting.pop_front();
+            }
         }
         u32::try_from(sent).unwrap_or(u32::MAX)
     }
