@@ -103,8 +103,8 @@ impl Watch {
 /// The watches over all loads.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(crate) struct Guard {
-    /// `None` for a load that is off, or not left to itself.
-    watches: [Option<Watch>; Load::ALL.len()],
+    /// `None` while nothing that is on is left to itself; in it, `None` for a load that is off.
+    watches: Option<[Option<Watch>; Load::ALL.len()]>,
     /// A line of G-code has come since the last look.
     pub(crate) fed: bool,
     /// The owner of the job has gone away, and nobody has sent G-code since.
@@ -114,6 +114,11 @@ pub(crate) struct Guard {
 }
 
 impl Guard {
+    /// Notes that nothing that is on is left to itself: all loads have their whole time again.
+    pub(crate) fn rest(&mut self) {
+        self.watches = None;
+    }
+
     /// Looks at a load: `limits`: how long it may stay on, if it is on and left to itself; `heard`:
     /// a byte of its sender has come since the last look. Returns the reason, once, when the load
     /// is to go off.
@@ -125,7 +130,8 @@ impl Guard {
         now: Instant,
     ) -> Option<Why> {
         let fed = self.fed;
-        let place = self.watches.get_mut(load as usize)?;
+        let watches = self.watches.get_or_insert_default();
+        let place = watches.get_mut(load as usize)?;
         let Some(limits) = limits else {
             *place = None;
             return None;
@@ -154,7 +160,7 @@ impl Guard {
         kind: impl Fn(Load) -> bool,
         settings: &Settings<AXES>,
     ) -> Option<Instant> {
-        let all = Load::ALL.iter().zip(&self.watches);
+        let all = Load::ALL.iter().zip(self.watches.as_ref()?);
         let watched = all.filter_map(|(load, watch)| Some((*load, watch.as_ref()?)));
         watched
             .filter(|(load, _)| kind(*load))
@@ -240,6 +246,20 @@ mod tests {
             look(Some(LIMITS), 250),
         ];
         assert_eq!(looks, [None, None, None, None, Some(Why::Silent)]);
+    }
+
+    #[test]
+    fn a_load_that_was_not_left_to_itself_meanwhile_has_all_its_time() {
+        let mut guard = Guard::default();
+        let look = |guard: &mut Guard, at| {
+            guard.watch(Load::Coolant, Some(LIMITS), false, Instant::from_ticks(at))
+        };
+        assert_eq!(look(&mut guard, 0), None);
+        guard.rest();
+        assert_eq!(
+            [150, 249, 250].map(|at| look(&mut guard, at)),
+            [None, None, Some(Why::Silent)]
+        );
     }
 
     #[test]

@@ -17,11 +17,13 @@ where
     /// Switches off what is left to itself without its sender for too long. Main loop, at every
     /// turn.
     pub(crate) fn watch_sender<B: Board>(&mut self, board: &mut B, now: Instant) {
+        let watched = |load: &Load| self.is_left_on(*load);
+        if !self.is_left_to_itself() || !Load::ALL.iter().any(watched) {
+            return self.guard.rest();
+        }
         let heard = self.console.take_heard(self.program.owner) && !self.guard.is_gone;
-        let rests = self.is_left_to_itself();
         for load in Load::ALL {
-            let on = rests && self.is_left_on(load);
-            let limits = if on {
+            let limits = if self.is_left_on(load) {
                 Limits::of(load, &self.settings)
             } else {
                 None

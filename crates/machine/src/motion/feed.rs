@@ -446,15 +446,13 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
 
     /// Adds up for how long no segment has been taken. `waits`: none was since the last look.
     fn watch(&mut self, waits: bool, now: Instant) {
-        let passed = now
-            .checked_duration_since(self.looked)
-            .unwrap_or(LOOK)
-            .min(LOOK);
-        self.looked = now;
-        self.stalled += passed;
+        let before = core::mem::replace(&mut self.looked, now);
         if !waits {
             (self.stalled, self.stall_told) = (Duration::from_ticks(0), false);
+            return;
         }
+        let passed = now.checked_duration_since(before);
+        self.stalled += passed.unwrap_or(LOOK).min(LOOK);
     }
 
     /// Whether the step interrupt has taken no segment for [`STALLED`], and has not been reported

@@ -272,9 +272,14 @@ impl<const AXES: usize> Executor<AXES> {
         self.origin
     }
 
-    /// The command to carry out, and the kind of its line; `None` once all are carried out.
-    fn current(&self) -> Option<(Command<AXES>, LineKind)> {
-        Some((*self.commands.get(self.next)?, self.kind))
+    /// The kind of the line under way.
+    fn kind(&self) -> LineKind {
+        self.kind
+    }
+
+    /// The command to carry out; `None` once all are carried out.
+    fn current(&self) -> Option<&Command<AXES>> {
+        self.commands.get(self.next)
     }
 
     /// Whether the next command needs room in the planner.
@@ -282,7 +287,7 @@ impl<const AXES: usize> Executor<AXES> {
         if !matches!(self.wait, Wait::Nothing | Wait::Arc(_)) {
             return false;
         }
-        match self.commands.get(self.next) {
+        match self.current() {
             Some(Command::Line(_) | Command::Arc { .. } | Command::Probe { .. }) => true,
             Some(
                 Command::Spindle(_)
