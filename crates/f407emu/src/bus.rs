@@ -204,7 +204,6 @@ impl Machine {
     }
 
     /// Warns if the program has read old content of the flash from a cache.
-    #[inline(always)]
     pub(crate) fn tell_stale_use(&mut self) {
         if self.art.take_stale_use() {
             self.warnings.add(Warning::StaleCache);
