@@ -421,7 +421,7 @@ pub(crate) const CHECKS: &[Check] = &[
     },
     Check {
         name: "raster",
-        what: "burns at least 7600 lines of 14 bytes a second",
+        what: "burns at least 8200 lines of 14 bytes a second",
         needs: FAST,
         run: raster::raster_lines,
     },
