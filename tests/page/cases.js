@@ -123,7 +123,7 @@ const ENDS = Object.entries({
       await isState(page, "Idle");
     },
   },
-  "a limit switch, where only a reset leads out": {
+  "a limit switch, when only a reset leads out": {
     machine: HARD, job: LONG, ends: "^stopped by ALARM:1 at line \\d+$",
     act: async ({page}) => {
       await isState(page, "Run");
@@ -407,7 +407,7 @@ export const cases = [
     },
   },
   {
-    name: "where zero moves, the job is drawn and checked anew; what is known to go wrong is asked about",
+    name: "when zero moves, the job is drawn and checked anew; what is known to go wrong is asked about",
     machine: HOMED,
     async run({page, shoot}) {
       await isState(page, "Alarm");

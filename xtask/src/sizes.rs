@@ -134,7 +134,7 @@ fn section(listing: &str, name: &str) -> Option<(u64, u64)> {
     })
 }
 
-/// The load address behind a section; `None` where there is none, or where it is empty.
+/// The load address behind a section; `None` if there is none, or if it is empty.
 fn end(listing: &str, name: &str) -> Option<u64> {
     let (size, load) = section(listing, name)?;
     (size > 0).then_some(load + size)

@@ -41,7 +41,7 @@ pub(crate) enum Source {
     WrongCrystal(u32),
 }
 
-/// The operator's message; empty where the crystal is the source.
+/// The operator's message; empty if the crystal is the source.
 impl fmt::Display for Source {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -132,7 +132,7 @@ fn judge(measured: Option<u32>, said: u32) -> Source {
 }
 
 /// Measures the crystal against the internal oscillator, which runs the chip, Hz. TIM11 can capture
-/// the edges of the crystal's clock for the RTC (RM0090 sections 7.2.11 and 19.5.11). `None` where
+/// the edges of the crystal's clock for the RTC (RM0090 sections 7.2.11 and 19.5.11). `None` if
 /// there are no edges.
 fn measure(rcc: &RCC) -> Option<u32> {
     /// RCC_CFGR.RTCPRE: the crystal is divided by this.

@@ -73,7 +73,7 @@ const ALL: [Reason; 6] = [
 
 /// What a program leaves when it ends: 40 bytes, which a reset leaves alone.
 struct Note {
-    /// [`Reason::note`] or [`Reason::told`]; anything else where nothing has ended.
+    /// [`Reason::note`] or [`Reason::told`]; anything else if nothing has ended.
     reason: AtomicU32,
     /// Of a panic: the line. Of a fault: the instruction, the place from which its function was
     /// called, and the core's configurable fault status (DDI 0403 section B3.2.15).

@@ -19,7 +19,7 @@ impl Sector {
         Self(number.unwrap_or(11))
     }
 
-    /// The first sector that does not begin below an address; 12 where none does.
+    /// The first sector that does not begin below an address; 12 if none does.
     #[cfg(record)]
     pub(crate) fn behind(address: usize) -> Self {
         let number = (0..12).find(|number| Self(*number).address() >= address);

@@ -57,7 +57,7 @@ impl fmt::Display for NoRecord {
 impl std::error::Error for NoRecord {}
 
 impl Board {
-    /// The sector of the board's record; `None` where no sector begins at [`Board::start`].
+    /// The sector of the board's record; `None` if no sector begins at [`Board::start`].
     #[must_use]
     pub fn record_sector(&self) -> Option<Sector> {
         let start = (0..12).find(|number| {
@@ -68,7 +68,7 @@ impl Board {
     }
 
     /// The address at which the room for the program behind the board's record ends: there are the
-    /// settings, or the flash ends. `None` where the record has no sector of its own, or less room
+    /// settings, or the flash ends. `None` if the record has no sector of its own, or less room
     /// behind it than an image needs.
     #[must_use]
     pub fn record_end(&self) -> Option<u32> {

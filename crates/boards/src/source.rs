@@ -211,7 +211,7 @@ pub(crate) fn own() -> Own {{
     /// is in front of the code, which ends where this board has its settings, or where its flash
     /// ends. The image serves all boards with the same `start` whose settings are behind its last
     /// byte. An image of four motors has less room for the step interrupts' code, since its moves
-    /// take more. `None` where the board has no room for such an image.
+    /// take more. `None` if the board has no room for such an image.
     #[must_use]
     pub fn record_memory(&self, has_four_motors: bool) -> Option<String> {
         let (sector, end) = (self.record_sector()?, self.record_end()?);

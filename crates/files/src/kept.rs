@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 /// and stays as it is.
 #[derive(Clone, Debug)]
 pub struct Kept {
-    /// The file itself: where a link was given, the end of it.
+    /// The file itself: if a link was given, its end.
     path: PathBuf,
     begins: &'static [u8],
 }
@@ -41,7 +41,7 @@ impl Kept {
         &self.path
     }
 
-    /// Reads the file, at most `most` bytes; the rest of a longer one is left out. `None` where
+    /// Reads the file, at most `most` bytes; the rest of a longer one is left out. `None` if
     /// there is none.
     ///
     /// # Errors

@@ -64,7 +64,7 @@ pub fn open(path: &Path) -> io::Result<Opened> {
 /// Reads all of `path`, at most `most` bytes.
 ///
 /// # Errors
-/// As [`open`], and where there are more bytes.
+/// As [`open`], and if there are more bytes.
 pub fn read(path: &Path, most: usize) -> io::Result<Vec<u8>> {
     read_all(open(path)?.bytes, most)
 }
@@ -72,7 +72,7 @@ pub fn read(path: &Path, most: usize) -> io::Result<Vec<u8>> {
 /// Reads all of `from`, at most `most` bytes.
 ///
 /// # Errors
-/// Errors of reading, and where there are more bytes.
+/// Errors of reading, and if there are more bytes.
 pub fn read_all(from: impl Read, most: usize) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     from.take(most as u64 + 1).read_to_end(&mut bytes)?;
@@ -85,7 +85,7 @@ pub fn read_all(from: impl Read, most: usize) -> io::Result<Vec<u8>> {
 /// As [`read`], for text.
 ///
 /// # Errors
-/// As [`read`], and where it is no UTF-8.
+/// As [`read`], and if it is no UTF-8.
 pub fn read_text(path: &Path, most: usize) -> io::Result<String> {
     let text = String::from_utf8(read(path, most)?);
     text.map_err(|_| io::Error::other("is not text"))

@@ -4,10 +4,10 @@ use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Writes a file that must not be there yet. Where that fails, nothing is left of it.
+/// Writes a file that must not be there yet. If that fails, nothing is left of it.
 ///
 /// # Errors
-/// `AlreadyExists` where it is there; errors of writing.
+/// `AlreadyExists` if it is there; errors of writing.
 pub fn write_new(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut file = OpenOptions::new().write(true).create_new(true).open(path)?;
     // Only a file that was synced is on the disk: a full disk may tell so as late as that.

@@ -97,7 +97,7 @@ pub fn target(path: &Path) -> io::Result<PathBuf> {
     }
 }
 
-/// Opens the pipe or the device at `path`; `None` where a file is there or nothing.
+/// Opens the pipe or the device at `path`; `None` if a file is there or nothing.
 ///
 /// # Errors
 /// It cannot be written, or is a disk.

@@ -109,7 +109,7 @@ pub struct Travel<const AXES: usize> {
 pub enum Feed {
     /// As fast as the axes can; rapid overrides apply.
     Rapid,
-    /// The speed along the path of the axes that are lengths, mm/min; degrees/min where only axes
+    /// The speed along the path of the axes that are lengths, mm/min; degrees/min if only axes
     /// move that turn (NIST RS274/NGC, 2.1.2.5). Above zero.
     PerMinute(Number),
     /// The whole motion takes one minute divided by this number, which is above zero. For an arc,

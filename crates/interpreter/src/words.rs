@@ -287,7 +287,7 @@ pub(super) const WITH_WORDS: Groups = Groups::of(&[Group::Parking, Group::Own]);
 const MAY_NOT_BE_NEGATIVE: Letters =
     Letters::of(&[Letter::F, Letter::N, Letter::P, Letter::S, Letter::T]);
 
-/// The largest T word: GRBL's is a byte. Where tools are changed, a program may have the numbers of
+/// The largest T word: GRBL's is a byte. If tools are changed, a program may have the numbers of
 /// its own library.
 fn largest_tool(dialect: &Dialect) -> u32 {
     match dialect.tools {

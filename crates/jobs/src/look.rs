@@ -151,7 +151,7 @@ fn homes(text: &[u8]) -> bool {
     text.split(|byte| matches!(byte, b'\n' | b'\r')).any(begins)
 }
 
-/// Runs the job on a machine of its own, as `run` does where it `homes`. Reports the progress, and
+/// Runs the job on a machine of its own, as `run` does if it `homes`. Reports the progress, and
 /// at the end where the time went.
 fn time(
     job: &Job,

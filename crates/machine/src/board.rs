@@ -151,7 +151,7 @@ pub trait Board {
     }
 
     /// Why the program ended the last time that it did so by itself, for people: the row `[LAST
-    /// END:` of `$I`. `None` where it has not.
+    /// END:` of `$I`. `None` if it has not.
     fn last_end(&self) -> Option<&dyn fmt::Display> {
         None
     }

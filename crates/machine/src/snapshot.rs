@@ -153,7 +153,7 @@ where
         }
     }
 
-    /// The speed along the path divided by the speed in the unit of F. Reports divide by 25.4 where
+    /// The speed along the path divided by the speed in the unit of F. Reports divide by 25.4 if
     /// they are in inches, which degrees never are.
     fn stretch_of_report(&self) -> f32 {
         let ways = self.motion.running_ways();

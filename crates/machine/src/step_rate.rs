@@ -1,7 +1,7 @@
 //! Settings that ask for more than the board makes, and the values that would work: steps in a
 //! second, and how soon after each other they become faster.
 //!
-//! Settings are accepted one by one, since senders restore them so. A value is refused only where
+//! Settings are accepted one by one, since senders restore them so. A value is refused only if
 //! no values of the other settings could make it work ([`StepTiming::limits`]). Motion is capped at
 //! the rate and the acceleration that all settings together allow. A jerk needs no cap: the higher
 //! it is, the more a ramp is as without one.
@@ -93,7 +93,7 @@ pub fn instead<const AXES: usize>(
 }
 
 /// Returns the caps after a change of `key`: on what depends on it, for its axis, or for each axis
-/// where `key` is the step pulse.
+/// if `key` is the step pulse.
 pub fn capped_by<'a, const AXES: usize>(
     settings: &'a Settings<AXES>,
     timing: &'a StepTiming,

@@ -345,7 +345,7 @@ where
         Ok(Reply::Stored)
     }
 
-    /// Says which values would work where settings together ask for more than can be made, if the
+    /// Says which values would work if settings together ask for more than can be made, if the
     /// operator has asked for texts.
     fn say_capped(&mut self, number: u16, refused: Option<&Status>) {
         let key = self.settings.key(number);

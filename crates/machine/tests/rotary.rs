@@ -1,4 +1,4 @@
-//! F where an axis turns, by NIST RS274/NGC 2.1.2.5: degrees a minute where only such axes move,
+//! F if an axis turns, by NIST RS274/NGC 2.1.2.5: degrees a minute if only such axes move,
 //! and otherwise the speed of the lengths.
 
 use crate::bench::{Memory, Session};

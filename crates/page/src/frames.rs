@@ -99,7 +99,7 @@ pub(crate) struct Progress {
 }
 
 /// Makes the frame for the machine's state at an instant. `quiet`: nothing is under way. `last`: the
-/// alarm in force and the message that asks for something, each empty where there is none.
+/// alarm in force and the message that asks for something, each empty if there is none.
 pub(crate) fn state(
     machine: &Snapshot,
     progress: Progress,

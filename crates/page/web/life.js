@@ -19,9 +19,9 @@ export function isUnderWay(life) {
 }
 
 /**
- * What the machine waits for; `null` where it does not.
+ * What the machine waits for; `null` if it does not.
  * @param {State} state
- * @param {string} line the oldest line of the job without an answer; empty where there is none
+ * @param {string} line the oldest line of the job without an answer; empty if there is none
  * @returns {Pause | null}
  */
 export function pauseOf(state, line) {
@@ -55,7 +55,7 @@ function asked(state, line) {
 /**
  * The account in words.
  * @param {Life} life
- * @param {{lines: number, left: number | null, errors: number, seconds: number | null, timed: string}} job `left` and `seconds`: where they are known
+ * @param {{lines: number, left: number | null, errors: number, seconds: number | null, timed: string}} job `left` and `seconds`: if they are known
  */
 export function words(life, job) {
   switch (life.at) {

@@ -171,7 +171,7 @@ function wire(bytes) {
     }
     if (!line.startsWith("<") && (line !== "ok" || !isOwn) && (isOwn || line !== "ok")) log.add(line, /^(error|ALARM)/.test(line) ? "bad" : "heard");
     if (line.startsWith("ALARM:")) {
-      // Where it is no matter of motion, the machine had come to the oldest line without an answer.
+      // If it is no matter of motion, the machine had come to the oldest line without an answer.
       job.stop(line, Number(line.slice(6)) > 3 ? sender.oldest?.job : undefined);
       sender.stop();
     }
@@ -391,7 +391,7 @@ function check() {
   enable();
 }
 
-/** Runs the job; asks first where something is known to be wrong. */
+/** Runs the job; asks first if something is known to be wrong. */
 function run() {
   const [first, ...more] = job.dangers;
   if (!first) return start();

@@ -42,7 +42,7 @@ export class Sender {
     return this.#sent.find((line) => line.job > 0) ?? null;
   }
 
-  /** The line of the job that was answered last; 0 where none was. */
+  /** The line of the job that was answered last; 0 if none was. */
   last = 0;
 
   /** @param {string[]} lines */

@@ -26,7 +26,7 @@ impl Spool {
         std::thread::spawn(move || {
             for piece in waiting {
                 if let Err(error) = to.write_all(&piece).and_then(|()| to.flush()) {
-                    // Where nobody flushes any more, nobody asks.
+                    // If nobody flushes any more, nobody asks.
                     let _ = end.send(error);
                     return;
                 }

@@ -49,7 +49,7 @@ pub struct WireLog {
 }
 
 impl WireLog {
-    /// Makes a log. It never waits: where `to` takes nothing for long, the log ends.
+    /// Makes a log. It never waits: if `to` takes nothing for long, the log ends.
     pub fn new(to: impl Write + Send + 'static) -> Self {
         Self::on(Spool::new(to, PIECES))
     }

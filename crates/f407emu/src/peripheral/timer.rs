@@ -204,7 +204,7 @@ impl Timer {
         channels.filter(|&channel| !self.outputs.is_input(channel))
     }
 
-    /// Shows TIM11's input the edges of the crystal's clock for the RTC up to now, where the option
+    /// Shows TIM11's input the edges of the crystal's clock for the RTC up to now, if the option
     /// register connects them (RM0090 section 19.5.11). `crystal` edges come in `core` cycles.
     pub(crate) fn show_crystal(&mut self, (crystal, core): (u64, u64), now: u64) {
         const TIM11: u32 = 0x4001_4800;

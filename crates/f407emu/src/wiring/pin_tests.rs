@@ -47,7 +47,7 @@ fn set(machine: &mut Machine, pin: Pin, mode: u32, function: u32) {
     put(base, 2 * number, 3, mode);
 }
 
-/// The bytes that come out and arrive, one each way, where both pins of a line have this mode and
+/// The bytes that come out and arrive, one each way, if both pins of a line have this mode and
 /// this function.
 fn moved(line: SerialLine, mode: u32, function: u32) -> (usize, bool) {
     let mut machine = machine(&[]);

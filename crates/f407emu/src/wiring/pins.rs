@@ -87,7 +87,7 @@ impl Machine {
         for (index, cable) in self.devices.cables.into_iter().enumerate() {
             let connected = cable.map(|(output, input)| Connected {
                 output: signals.contains(&(output, Signal::Transmit(index))) && self.rises(output),
-                // Where two pins have the function of one input, the cable may be at the wrong one.
+                // If two pins have the function of one input, the cable may be at the wrong one.
                 input: only(&signals, Signal::Receive(index)) == Some(input),
             });
             self.devices.usarts[index].connect(connected.unwrap_or_default(), now);

@@ -232,7 +232,7 @@ pub enum Step<const AXES: usize> {
     Move {
         /// Machine position. Outside the travel it is ALARM:2, with soft limits.
         target: [Coordinate; AXES],
-        /// Speed along the path, mm/min, above 0; as of F where axes turn.
+        /// Speed along the path, mm/min, above 0; as of F if axes turn.
         rate: Number,
     },
     /// Slow down on the way to a target of [`Step::Move`], forget the rest of it, and ask again at

@@ -1,4 +1,4 @@
-//! What F is the speed of, where not all axes are lengths: NIST RS274/NGC 2.1.2.5, and an extruder.
+//! What F is the speed of, if not all axes are lengths: NIST RS274/NGC 2.1.2.5, and an extruder.
 //!
 //! ```text
 //!   G1 X30 Y40 E10 F3000     50 mm at 3000 mm/min: one second. The path of all four axes has

@@ -266,7 +266,7 @@ impl<const AXES: usize> Window<AXES> {
     }
 
     /// Whether the middle of the shorter piece is farther from the curve than `$11`: the sagitta is
-    /// `k·l²/8`. Chords of arcs do so where `$12` is above `$11`.
+    /// `k·l²/8`. Chords of arcs do so if `$12` is above `$11`.
     fn strays(&self, bend: &[f32; AXES], number: u32, limits: &Limits<AXES>) -> bool {
         let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
         let shorter = min(before.length, after.length);
