@@ -197,7 +197,7 @@ where
         self.state
     }
 
-    /// The states that the machine has left, the last sixteen at most, the oldest first: for tests
+    /// The states that the machine has left, the last eight at most, the oldest first: for tests
     /// and for those who look for a fault.
     pub fn history(&self) -> impl Iterator<Item = State> + '_ {
         self.history.states()

@@ -259,7 +259,7 @@ impl State {
 }
 
 /// States that are remembered.
-const STATES: usize = 16;
+const STATES: usize = 8;
 
 /// The states that the machine has left, and its last alarm.
 #[derive(Clone, Copy, Debug)]
@@ -309,7 +309,7 @@ mod tests {
     use std::vec::Vec;
 
     #[test]
-    fn the_last_sixteen_states_are_remembered_in_order() {
+    fn the_last_eight_states_are_remembered_in_order() {
         let mut history = History::new();
         assert_eq!(history.states().count(), 0);
         history.leaves(State::Idle);
@@ -321,6 +321,6 @@ mod tests {
             history.leaves(State::Check);
         }
         let states: Vec<_> = history.states().collect();
-        assert_eq!(states, [State::Home, State::Check].repeat(8));
+        assert_eq!(states, [State::Home, State::Check].repeat(4));
     }
 }
