@@ -41,7 +41,7 @@ function floats(id) {
 /** Shows the job at a time, s. @param {number} seconds */
 function show(seconds) {
   now = Math.min(Math.max(seconds, 0), course.seconds);
-  slider.value = String(now);
+  slider.value = String(now / Math.max(course.seconds, 1e-9));
   slider.setAttribute("aria-valuetext", duration(now));
   const {move, share, speed} = course.at(now);
   const isOver = now >= course.seconds;
@@ -132,10 +132,10 @@ function begin() {
   document.title = `${facts.title} · leadscrew`;
   say(by("title"), facts.title);
   say(by("summary"), facts.summary);
-  slider.max = String(course.seconds);
   slider.addEventListener("input", () => {
     pause();
-    show(Number(slider.value));
+    // A share of the job, since a browser rounds a time: its end would be a little before the end.
+    show(Number(slider.value) * course.seconds);
   });
   /** @type {Record<string, () => void>} */
   const clicks = {
