@@ -9,8 +9,8 @@
 //!
 //! ```text
 //!   M120 P5        at rest: captures wires 0 and 2 (P has a bit for each wire)
-//!   M121 P0 L32    at rest: edges of wire 0, from edge 32 on: [EDGES:0,32,1000,0,1:0001a2b3...]
-//!                  wire 0; first edge 32; 1000 edges in all; 0: none lost; 1: high before edge 0
+//!   M121 P0 L20    at rest: edges of wire 0, from edge 20 on: [EDGES:0,20,1000,0,1:0001a2b3...]
+//!                  wire 0; first edge 20; 1000 edges in all; 0: none lost; 1: high before edge 0
 //!   M122           the count now: [COUNT:0001a2b3]
 //! ```
 use crate::{
@@ -26,7 +26,7 @@ use core::{
 use heapless::Vec;
 use leadscrew_gcode::{Letter, Number};
 use leadscrew_machine::{
-    extension::{Call, Cx, Extension, MCode, Step},
+    extension::{Call, Cx, Extension, MCode, Step, LONGEST_TEXT},
     protocol::status::Status,
 };
 use stm32f4::stm32f407::dma2;
@@ -43,7 +43,9 @@ const FUNCTION: u8 = 1;
 /// The channel on which the streams of DMA1 take the requests of TIM2 (RM0090 table 43).
 const DMA_CHANNEL: u8 = 3;
 /// The most edges in one answer to `M121`.
-const PER_LINE: usize = 32;
+const PER_LINE: usize = 20;
+/// The longest answer: `[EDGES:0,13999,14000,0,0:`, eight digits an edge, and `]`.
+const _: () = assert!(25 + 8 * PER_LINE + 1 <= LONGEST_TEXT);
 
 /// The input pin at the end of a wire.
 pub(crate) struct Input {

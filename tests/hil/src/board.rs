@@ -16,7 +16,7 @@ const PATIENCE_SECONDS: f64 = 3.0;
 /// The most bytes of unanswered lines: the receive buffer takes as many.
 const WINDOW: usize = 1023;
 /// The most edges that a line of `M121` lists.
-const PER_LINE: usize = 32;
+const PER_LINE: usize = 20;
 
 /// The board.
 pub(crate) struct Board<'a> {
