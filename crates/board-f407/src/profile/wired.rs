@@ -82,15 +82,32 @@ pub(crate) struct Profile {
     pub(crate) door: Option<Input>,
     /// The outputs of M62 to M65.
     pub(crate) synchronised: &'static [Output],
-    // A board's file always names these pins; only a build with heaters drives them.
     /// The switches of heaters.
-    #[cfg_attr(not(heaters), allow(dead_code))]
+    #[cfg_attr(
+        not(heaters),
+        allow(
+            dead_code,
+            reason = "a board's file names it; only a build with heaters drives it"
+        )
+    )]
     pub(crate) heaters: &'static [Output],
     /// The relay that supplies all heaters.
-    #[cfg_attr(not(heaters), allow(dead_code))]
+    #[cfg_attr(
+        not(heaters),
+        allow(
+            dead_code,
+            reason = "a board's file names it; only a build with heaters drives it"
+        )
+    )]
     pub(crate) heater_supply: Option<Output>,
     /// A fan.
-    #[cfg_attr(not(heaters), allow(dead_code))]
+    #[cfg_attr(
+        not(heaters),
+        allow(
+            dead_code,
+            reason = "a board's file names it; only a build with heaters drives it"
+        )
+    )]
     pub(crate) fan: Option<Output>,
 }
 
