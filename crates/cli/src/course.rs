@@ -20,7 +20,7 @@ pub(super) struct Text {
 
 /// Where the text of a job comes from each time.
 enum Source {
-    /// A file, which is read anew.
+    /// A file. It is read a second time.
     File(PathBuf),
     /// What cannot be read twice, such as a pipe.
     Kept(Vec<u8>),

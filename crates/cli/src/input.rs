@@ -61,7 +61,7 @@ pub(super) struct Job {
 }
 
 impl Job {
-    /// Reads the job into memory, to be read more than once; it begins anew.
+    /// Reads the job into memory, so that it can be read more than once, from its start.
     ///
     /// # Errors
     /// [`InputError::Io`] where it cannot be read to its end.

@@ -23,8 +23,8 @@ pub struct Time {
     pub end: End,
 }
 
-/// Times a job called `name`, without a pause between its lines. The times are those of a run, to
-/// the tick where the line never waits.
+/// Times a job called `name`, without a pause between its lines. A run takes the same time, to
+/// the tick if its line never waits.
 ///
 /// # Errors
 /// Where its text cannot be read to its end.

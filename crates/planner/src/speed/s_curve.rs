@@ -192,7 +192,7 @@ impl SCurve {
     }
 
     /// Time that the `steps` after `from` take (seconds), and the speed at their end (steps/s).
-    #[inline(never)] // inlined, a trapezoid saves its registers: a raster's line takes 200 cycles more
+    #[inline(never)] // inlined, a trapezoid saves its registers as well; not measured by itself
     pub(crate) fn time_over(&self, from: Place, steps: f32) -> (f32, f32) {
         // As in `ends`, so that the end is met exactly.
         let ((x, y), steps) = (self.ends(from), steps * (1.0 / self.scale));

@@ -272,7 +272,7 @@ impl<const AXES: usize> Executor<AXES> {
         self.origin
     }
 
-    /// The kind of the line under way.
+    /// The kind of the line that is carried out.
     fn kind(&self) -> LineKind {
         self.kind
     }
