@@ -14,6 +14,7 @@ use crate::{
     watchdog,
 };
 use core::{iter, mem::MaybeUninit};
+use cortex_m::peripheral::NVIC;
 use defmt_rtt as _;
 use heapless::spsc::Queue;
 use leadscrew_f407_usb as usb;
@@ -24,7 +25,7 @@ use leadscrew_machine::{
     machine::{Links, Machine},
     protocol::serial::SerialQueue,
 };
-use stm32f4::stm32f407::{EXTI, PWR, RCC};
+use stm32f4::stm32f407::{Interrupt, EXTI, PWR, RCC};
 use stm32f4xx_hal::rcc::Rcc;
 
 /// How long the main loop sleeps at most, in microseconds.
@@ -92,6 +93,14 @@ fn load_settings(machine: &mut TheMachine, store: &mut Sectors) {
     if let Err(error) = machine.make_room(store) {
         defmt::error!("the spare sector of the settings: {}", error);
     }
+}
+
+/// Lets the next packet in over USB. The interrupt takes one packet for each turn of the main loop,
+/// so that a host that sends without an end leaves time for motion; the controller lets it wait.
+#[allow(unsafe_code)]
+fn admit_packet() {
+    // SAFETY: no critical section and no task relies on this mask.
+    unsafe { NVIC::unmask(Interrupt::OTG_FS) }
 }
 
 #[rtic::app(device = stm32f4::stm32f407, peripherals = true)]
@@ -213,6 +222,7 @@ mod app {
         loop {
             watchdog::feed();
             step_port::catch_missed_tick();
+            admit_packet();
             let now = clock.now();
             let next = machine.poll(board, now);
             let unsaved = machine.save(store).unwrap_or_else(|error| {
@@ -249,6 +259,7 @@ mod app {
     #[task(binds = OTG_FS, priority = 12, local = [usb])]
     fn packet(cx: packet::Context) {
         if cx.local.usb.as_mut().is_some_and(|usb| usb.on_interrupt()) {
+            NVIC::mask(Interrupt::OTG_FS);
             clock::wake();
         }
     }

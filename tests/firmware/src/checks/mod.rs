@@ -415,7 +415,7 @@ pub(crate) const CHECKS: &[Check] = &[
     },
     Check {
         name: "usb",
-        what: "USB: a host sets the device up; jobs to the step, both lines at once, 0x18 within 1 ms, ! within 5 ms while the serial line floods, the cable pulled in motion and under a lit laser",
+        what: "USB: a host sets the device up; jobs to the step, both lines at once, 0x18 within 1 ms, ! within 5 ms while the other line floods, the cable pulled in motion and under a lit laser",
         needs: &["usual", "fast"],
         run: usb::usb,
     },
