@@ -15,6 +15,9 @@ use leadscrew_machine::protocol::status::Status;
 #[cfg(record)]
 use leadscrew_record::Incoming;
 
+/// The time for the answer to `$DFU` to go out: 100 bytes at 9600 baud, 104 ms.
+const GOODBYE: Duration = Duration::from_ticks(110_000);
+
 /// The main loop's end of the board.
 pub(crate) struct F407 {
     serial: serial::Writer,
@@ -25,6 +28,8 @@ pub(crate) struct F407 {
     /// Why the machine must not move, if there is a reason. Then no pin is driven but the serial
     /// line's and those that have their safe levels.
     locked: Option<&'static str>,
+    /// When the loader is to start, if it is.
+    loader: Option<Instant>,
     /// The part of a new record that has come over a line.
     #[cfg(record)]
     incoming: Incoming,
@@ -39,6 +44,7 @@ impl F407 {
             motors_off: true,
             power: pwm::Channel::new(),
             locked: None,
+            loader: None,
             #[cfg(record)]
             incoming: Incoming::new(),
         }
@@ -47,6 +53,11 @@ impl F407 {
     /// Keeps the machine from moving, if `why` has a reason.
     pub(crate) fn lock(&mut self, why: Option<&'static str>) {
         self.locked = why;
+    }
+
+    /// Whether the loader is to start now. Main loop.
+    pub(crate) fn wants_loader(&self, now: Instant) -> bool {
+        self.loader.is_some_and(|due| due <= now)
     }
 }
 
@@ -146,6 +157,12 @@ impl Board for F407 {
             Ok(text) => (Ok(()), Some(text)),
             Err(text) => (Err(Status::StoreUnreadable), Some(text)),
         }
+    }
+
+    const HAS_LOADER: bool = true;
+
+    fn start_loader(&mut self, now: Instant) {
+        self.loader = Some(now + GOODBYE);
     }
 
     fn locked(&self) -> Option<&'static str> {

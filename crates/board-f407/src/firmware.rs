@@ -145,6 +145,7 @@ mod app {
     ])]
     fn init(cx: init::Context) -> (SharedResources, Local) {
         let (device, mut core) = (cx.device, cx.core);
+        restart::go_to_loader(&device.RCC, &device.SYSCFG, &mut core);
         let refusal = chip::refusal(&device.DBGMCU).or_else(profile::find);
         serial::enable(&device.RCC);
         switch_on_clocks(&device.RCC);
@@ -229,6 +230,9 @@ mod app {
                 defmt::error!("a change is not stored: {}", error);
                 false
             });
+            if !unsaved && board.wants_loader(now) {
+                restart::into_loader();
+            }
             if !next.busy && !unsaved {
                 let latest = now + LONGEST_SLEEP;
                 clock.wake_at(next.when.map_or(latest, |when| when.min(latest)));

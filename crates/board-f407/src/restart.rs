@@ -9,9 +9,10 @@
 //! | the crystal stops | NMI | the clock security system (RM0090 section 7.2.7) |
 //! | the supply is low | the interrupt of the voltage detector | RM0090 section 5.2.3 |
 //! | the main loop hangs | a reset, without a handler | the watchdog |
+//! | `$DFU` | [`into_loader`] | the operator |
 #![allow(unsafe_code)] // an entry in assembly, a variable that start-up leaves alone
 
-use crate::safe_state;
+use crate::{clock, safe_state};
 use core::{
     arch::global_asm,
     fmt::{self, Write},
@@ -20,7 +21,7 @@ use core::{
 };
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::exception;
-use stm32f4::stm32f407::RCC;
+use stm32f4::stm32f407::{RCC, SYSCFG};
 
 /// Why the chip was reset.
 #[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
@@ -164,6 +165,41 @@ impl fmt::Display for LastEnd {
     }
 }
 
+/// The note of a reset after which the loader is to start.
+const LOADER: u32 = 0x1EAD_5B00;
+/// The system memory, which holds ST's loader (RM0090 section 2.4).
+const SYSTEM_MEMORY: u32 = 0x1FFF_0000;
+
+/// Makes the outputs safe, resets the chip, and goes to ST's loader. Main loop.
+pub(crate) fn into_loader() -> ! {
+    safe_state::enter();
+    end_as(LOADER, [0; 3], "")
+}
+
+/// Goes to ST's loader if [`into_loader`] has reset the chip. It takes over the chip as after a
+/// reset, with the system memory at address 0 and interrupts on (AN2606); pins that could do harm
+/// stay off. The first thing at start-up.
+pub(crate) fn go_to_loader(rcc: &RCC, syscfg: &SYSCFG, core: &mut cortex_m::Peripherals) {
+    if NOTE.reason.load(Relaxed) != LOADER {
+        return;
+    }
+    NOTE.reason.store(0, Relaxed);
+    clock::switch_on(rcc, |rcc| {
+        rcc.apb2enr().modify(|_, w| w.syscfgen().enabled());
+    });
+    syscfg.memrmp().write(|w| w.mem_mode().system_flash());
+    // SAFETY: nothing of this program runs after this. No interrupt of it is on, and the loader's
+    // table has its stack and its first instruction.
+    unsafe {
+        for enabled in &core.NVIC.icer {
+            enabled.write(u32::MAX);
+        }
+        core.SCB.vtor.write(SYSTEM_MEMORY);
+        cortex_m::interrupt::enable();
+        cortex_m::asm::bootload(SYSTEM_MEMORY as *const u32)
+    }
+}
+
 /// Makes the outputs safe and resets the chip.
 pub(crate) fn because(reason: Reason) -> ! {
     safe_state::enter();
@@ -172,7 +208,11 @@ pub(crate) fn because(reason: Reason) -> ! {
 
 /// Notes the end and resets the chip.
 fn end(reason: Reason, words: [u32; 3], file: &str) -> ! {
-    NOTE.write(reason.note(), words, file);
+    end_as(reason.note(), words, file)
+}
+
+fn end_as(note: u32, words: [u32; 3], file: &str) -> ! {
+    NOTE.write(note, words, file);
     SCB::sys_reset()
 }
 

@@ -36,7 +36,7 @@ impl Machine {
             match place.0 {
                 Region::Flash => self.wait_for_constant(address),
                 Region::Sram => self.share_sram(place.1 as u32),
-                Region::Ccm | Region::Signature => {}
+                Region::Ccm | Region::Signature | Region::System => {}
             }
             let value = self.memory.read(place, width);
             return value.ok_or(Trap::Bus { address });

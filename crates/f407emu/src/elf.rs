@@ -77,7 +77,7 @@ fn place(memory: &mut Memory, address: u32, bytes: &[u8]) -> Result<(), LoadErro
         Region::Flash => return memory.load(offset, bytes).ok_or(outside),
         Region::Sram => &mut memory.sram[..],
         Region::Ccm => &mut memory.ccm[..],
-        Region::Signature => return Err(outside),
+        Region::Signature | Region::System => return Err(outside),
     };
     let part = ram.get_mut(offset..offset + bytes.len()).ok_or(outside)?;
     part.copy_from_slice(bytes);

@@ -27,6 +27,13 @@ const SIGNATURE_BYTES: [u8; 20] = *b"leadscrew407\xFF\xFF\xFF\xFF\xFF\xFF\x00\x0
 /// The place of the flash's size in the signature.
 const SIZE_PLACE: usize = 18;
 
+/// Where the system memory begins, which holds ST's loader. Of the loader there are only its stack
+/// pointer and the address of its first instruction, at which a run stops.
+const SYSTEM: u32 = 0x1FFF_0000;
+/// The loader's first instruction.
+pub(crate) const LOADER_START: u32 = SYSTEM + 8;
+const LOADER: [u8; 8] = [0x00, 0x20, 0x00, 0x20, 0x09, 0x00, 0xFF, 0x1F];
+
 /// The three memories.
 #[derive(Clone)]
 pub(crate) struct Memory {
@@ -49,6 +56,8 @@ pub(crate) enum Low {
     Flash,
     /// SRAM1.
     Sram1,
+    /// The system memory.
+    System,
 }
 
 /// The memory or device that answers at an address.
@@ -58,6 +67,7 @@ pub(crate) enum Region {
     Sram,
     Ccm,
     Signature,
+    System,
 }
 
 impl Memory {
@@ -88,9 +98,11 @@ impl Memory {
         within(address, SRAM, SRAM_SIZE, Region::Sram)
             .or_else(|| within(address, FLASH, self.flash.len(), Region::Flash))
             .or_else(|| within(address, CCM, CCM_SIZE, Region::Ccm))
+            .or_else(|| within(address, SYSTEM, 8, Region::System))
             .or_else(|| match self.low {
                 Low::Flash => within(address, 0, self.flash.len(), Region::Flash),
                 Low::Sram1 => within(address, 0, SRAM1_SIZE as usize, Region::Sram),
+                Low::System => within(address, 0, 8, Region::System),
             })
             .or_else(|| within(address, SIGNATURE, 20, Region::Signature))
     }
@@ -101,6 +113,7 @@ impl Memory {
             Region::Sram => &self.sram[..],
             Region::Ccm => &self.ccm,
             Region::Signature => &self.signature,
+            Region::System => &LOADER,
         }
     }
 
@@ -120,7 +133,7 @@ impl Memory {
         let memory = match region {
             Region::Sram => &mut self.sram[..],
             Region::Ccm => &mut self.ccm[..],
-            Region::Flash | Region::Signature => return None,
+            Region::Flash | Region::Signature | Region::System => return None,
         };
         let bytes = memory.get_mut(offset..offset + width.bytes())?;
         bytes.copy_from_slice(&value.to_le_bytes()[..width.bytes()]);
@@ -323,6 +336,18 @@ mod tests {
         assert_eq!(memory.place(4), Some((Region::Sram, 4)));
         assert_eq!(memory.place(0x1_BFFF), Some((Region::Sram, 0x1_BFFF)));
         assert_eq!(memory.place(0x1_C000), None);
+        assert_eq!(memory.place(0x0800_0004), Some((Region::Flash, 4)));
+    }
+
+    #[test]
+    fn the_system_memory_is_at_0_if_it_is_asked_for_and_starts_the_loader() {
+        let mut memory = Memory::new();
+        memory.low = Low::System;
+        for begin in [0, 0x1FFF_0000] {
+            let place = memory.place(begin + 4).unwrap();
+            assert_eq!(memory.read(place, Width::Word), Some(LOADER_START | 1));
+            assert_eq!(memory.place(begin + 8), None);
+        }
         assert_eq!(memory.place(0x0800_0004), Some((Region::Flash, 4)));
     }
 

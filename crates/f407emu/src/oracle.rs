@@ -95,7 +95,10 @@ fn outcome(stop: Stop) -> Outcome {
             trap: Trap::Undefined,
             ..
         } => Outcome::Undefined,
-        Stop::Lockup { .. } | Stop::Breakpoint { .. } | Stop::Stray { .. } => Outcome::Fault,
+        Stop::Lockup { .. }
+        | Stop::Breakpoint { .. }
+        | Stop::Stray { .. }
+        | Stop::Loader { .. } => Outcome::Fault,
     }
 }
 

@@ -239,6 +239,7 @@ impl Machine {
         }
         self.memory.low = match value & 3 {
             0 => Low::Flash,
+            1 => Low::System,
             3 => Low::Sram1,
             _ => {
                 self.warnings.add(Warning::NotModelled { address });

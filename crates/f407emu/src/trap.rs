@@ -68,6 +68,13 @@ pub enum Stop {
         /// The breach.
         stray: Stray,
     },
+    /// The program has gone to ST's loader in the system memory, which is not emulated.
+    Loader {
+        /// The stack pointer.
+        stack: u32,
+        /// Whether PRIMASK keeps interrupts away.
+        masked: bool,
+    },
 }
 
 /// A wrong access to a peripheral.
@@ -125,6 +132,7 @@ impl fmt::Display for Stop {
             Stop::Stray { pc, address, stray } => {
                 write!(f, "access to {address:#010x} at {pc:#010x}: {stray}")
             }
+            Stop::Loader { .. } => f.write_str("gone to the chip's loader"),
         }
     }
 }

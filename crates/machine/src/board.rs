@@ -166,6 +166,12 @@ pub trait Board {
         (Err(Status::InvalidStatement), None)
     }
 
+    /// Whether the board can start its loader, which takes new firmware over a line: `$DFU`.
+    const HAS_LOADER: bool = false;
+
+    /// Starts the loader soon after `now`, when the answer to the line is sent. At rest only.
+    fn start_loader(&mut self, _now: Instant) {}
+
     /// The listener to whom the machine explains the job: a part of a simulator that draws the job,
     /// or tells why it slows down. A controller has none.
     fn explainer(&mut self) -> Option<&mut dyn Explain> {

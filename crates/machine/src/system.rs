@@ -46,6 +46,9 @@ where
         if let Some(part) = line.strip_prefix(b"$B=").filter(|_| B::TAKES_RECORD) {
             return self.take_record(id, part, board);
         }
+        if B::HAS_LOADER && line == b"$DFU" {
+            return self.start_loader(id, board, now);
+        }
         let result = match SystemCommand::parse(line, &self.circumstances()) {
             Ok(command) if command.needs_rest() && self.is_about_to_move() => {
                 Err(Status::NotIdle.into())
@@ -66,9 +69,9 @@ where
         }
     }
 
-    /// `$B=`: the board's description, where the board takes one, at rest.
-    fn take_record<B: Board>(&mut self, id: ChannelId, part: &[u8], board: &mut B) {
-        let rests = match self.state {
+    /// Whether nothing moves and nothing is asked to: the board itself may be changed.
+    fn rests(&self) -> bool {
+        match self.state {
             State::Idle | State::Alarm(_) => self.motion.is_idle(),
             State::Run
             | State::Jog(_)
@@ -77,8 +80,23 @@ where
             | State::Door(_)
             | State::Check
             | State::Sleep => false,
-        };
-        let (taken, message) = match rests {
+        }
+    }
+
+    /// `$DFU`: new firmware, where the board has a loader, at rest.
+    fn start_loader<B: Board>(&mut self, id: ChannelId, board: &mut B, now: Instant) {
+        if !self.rests() {
+            return self.refuse(Origin::Channel(id), Status::NotIdle.into());
+        }
+        self.console
+            .message(Message::Board("The loader waits for firmware"));
+        self.console.answer(id, Ok(()));
+        board.start_loader(now);
+    }
+
+    /// `$B=`: the board's description, where the board takes one, at rest.
+    fn take_record<B: Board>(&mut self, id: ChannelId, part: &[u8], board: &mut B) {
+        let (taken, message) = match self.rests() {
             true => board.take_record(part),
             false => (Err(Status::NotIdle), None),
         };

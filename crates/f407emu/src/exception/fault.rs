@@ -1,7 +1,9 @@
 //! Faults (DDI 0403, B1.5.14): the exception that is raised when an instruction cannot be carried
 //! out, its escalation to HardFault, and lock-up (B1.5.15).
 use crate::{
+    cpu::SP,
     machine::Machine,
+    memory::LOADER_START,
     peripheral::nvic::Exception,
     trap::{Stop, Trap},
 };
@@ -15,6 +17,16 @@ impl Machine {
         self.cpu.next = address;
         if trap == Trap::Breakpoint && self.debugger {
             return Err(Stop::Breakpoint { pc: address });
+        }
+        if (trap
+            == Trap::Fetch {
+                address: LOADER_START,
+            })
+        {
+            return Err(Stop::Loader {
+                stack: self.cpu.r[SP],
+                masked: self.cpu.masks.primask,
+            });
         }
         self.scb.note(trap);
         let current = self.nvic.execution_priority(self.cpu.masks);

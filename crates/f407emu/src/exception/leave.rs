@@ -41,7 +41,9 @@ impl Machine {
         match self.start_handler(next) {
             Ok(()) => Ok(()),
             Err(Stop::Lockup { trap, .. }) => Err(trap),
-            Err(Stop::Breakpoint { .. } | Stop::Stray { .. }) => Err(Trap::Breakpoint),
+            Err(Stop::Breakpoint { .. } | Stop::Stray { .. } | Stop::Loader { .. }) => {
+                Err(Trap::Breakpoint)
+            },
         }
     }
 

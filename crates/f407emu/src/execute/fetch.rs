@@ -46,7 +46,7 @@ impl Machine {
         match self.memory.place(address) {
             Some((Region::Sram, _)) => self.cycle += 1,
             Some((Region::Flash, _)) => {}
-            Some((Region::Ccm | Region::Signature, _)) | None => return Err(trap),
+            Some((Region::Ccm | Region::Signature | Region::System, _)) | None => return Err(trap),
         }
         let half = |address| {
             let place = self.memory.place(address).ok_or(trap)?;

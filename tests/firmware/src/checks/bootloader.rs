@@ -1,10 +1,11 @@
 //! The conditions that a bootloader sets on a program, and the state that it may leave behind.
 use super::Figures;
 use crate::{
-    bench::{ensure, Bench, Failure},
+    bench::{cycles, ensure, fail, Bench, Failure},
     firmware::{Build, Firmware},
     wiring::FLASH,
 };
+use leadscrew_f407emu::{ResetCause, Stop};
 use object::{read::elf::FileHeader, Object, ObjectSegment};
 
 /// ST's template starts a program only if the stack pointer in its vector table meets `(word &
@@ -122,6 +123,66 @@ pub(crate) fn bootloaders(firmware: &Firmware) -> Result<Figures, Failure> {
         })?;
     }
     figures.add("left behind", "nothing");
+    Ok(figures)
+}
+
+/// The state in which AN2606 wants the chip when its loader begins: the system memory at address 0,
+/// the internal oscillator, no interrupt on. Each register with the bits that are looked at, and
+/// their value.
+const FRESH: [(&str, u32, u32, u32); 7] = [
+    ("memory at 0", 0x4001_3800, 0b11, 0b01),
+    ("system clock", 0x4002_3808, 0b1111, 0),
+    ("PLL and crystal", 0x4002_3800, 1 << 24 | 1 << 16, 0),
+    ("interrupts 0 to 31", 0xE000_E100, u32::MAX, 0),
+    ("interrupts 32 to 63", NVIC_ISER1, u32::MAX, 0),
+    ("interrupts 64 to 95", 0xE000_E108, u32::MAX, 0),
+    ("vector table", 0xE000_ED08, u32::MAX, 0x1FFF_0000),
+];
+/// The longest time from `$DFU` to the loader, s.
+const TO_LOADER_SECONDS: f64 = 0.2;
+
+/// `$DFU` is refused in motion. At rest it is answered, and ST's loader begins on a fresh chip whose
+/// outputs are off; after the next reset the program runs as usual.
+pub(crate) fn loader(firmware: &Firmware) -> Result<Figures, Failure> {
+    let mut figures = Figures::default();
+    let build = firmware.build("usual")?;
+    let mut bench = Bench::switch_on(build)?;
+    bench.hear_banner()?;
+    bench.commands("M3 S1000\nG91 G1 X1 F600")?;
+    let refused = bench.say("$DFU")?;
+    ensure(
+        refused.last().is_some_and(|answer| answer == "error:8"),
+        || format!("in motion: {refused:?}"),
+    )?;
+    bench.wait_for("Idle", 1.0)?;
+    let told = bench.command("$DFU")?;
+    ensure(told.iter().any(|line| line.contains("loader")), || {
+        format!("not told: {told:?}")
+    })?;
+    let asked = bench.machine.cycle();
+    let end = asked + cycles(TO_LOADER_SECONDS);
+    let stop = bench.machine.run_until(end).err();
+    let Some(Stop::Loader { stack, masked }) = stop else {
+        return fail(format!("no loader: {stop:?}"));
+    };
+    figures.add("$DFU", format!("loader, stack pointer {stack:#010x}"));
+    ensure(!masked, || {
+        "PRIMASK keeps interrupts from the loader".into()
+    })?;
+    for (what, register, bits, value) in FRESH {
+        let word = bench.machine.peek(register);
+        ensure(word & bits == value, || format!("{what}: {word:#010x}"))?;
+    }
+    for pin in [build.wiring.power, build.wiring.spindle] {
+        let off = bench.machine.drives(pin) && !bench.machine.level(pin);
+        ensure(off, || format!("{pin} is not off"))?;
+    }
+    let now = bench.machine.cycle();
+    bench.machine.reset_at(now, ResetCause::Pin);
+    let again = bench.hear_banner()?;
+    ensure(again.iter().all(|line| !line.contains("MSG")), || {
+        format!("after the loader: {again:?}")
+    })?;
     Ok(figures)
 }
 

@@ -258,6 +258,12 @@ pub(crate) const CHECKS: &[Check] = &[
         run: bootloader::bootloaders,
     },
     Check {
+        name: "loader",
+        what: "$DFU goes to ST's loader, from rest alone, with a fresh chip whose outputs are off",
+        needs: USUAL,
+        run: bootloader::loader,
+    },
+    Check {
         name: "edge-speed",
         what: "step, power, serial and USB pins have edges as fast as their rates ask for",
         needs: USUAL,
