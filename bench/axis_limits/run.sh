@@ -11,7 +11,7 @@ target=${CARGO_TARGET_DIR:-$here/../../target}
 jobs=320
 if [ "${1:-}" = --quick ]; then jobs=60; fi
 if [ -z "${LEADSCREW:-}" ]; then
-  cargo build --quiet --manifest-path "$here/../../Cargo.toml" -p leadscrew
+  cargo build --quiet --manifest-path "$here/../../Cargo.toml" -p leadscrew-cli
   LEADSCREW=$target/debug/leadscrew
 fi
 python=$target/axis_limits/bin/python

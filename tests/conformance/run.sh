@@ -8,7 +8,7 @@ set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 [ $# -gt 0 ] || set -- "$here/cases" "$here/round2" "$here/round3"
 if [ -z "${LEADSCREW:-}" ]; then
-  cargo build --manifest-path "$here/../../Cargo.toml" -p leadscrew
+  cargo build --manifest-path "$here/../../Cargo.toml" -p leadscrew-cli
   target=${CARGO_TARGET_DIR:-$here/../../target}
   LEADSCREW=$target/debug/leadscrew
 fi

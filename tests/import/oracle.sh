@@ -8,7 +8,7 @@ set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 target=${CARGO_TARGET_DIR:-$here/../../target}
 if [ -z "${LEADSCREW:-}" ]; then
-  cargo build --quiet --manifest-path "$here/../../Cargo.toml" -p leadscrew
+  cargo build --quiet --manifest-path "$here/../../Cargo.toml" -p leadscrew-cli
   LEADSCREW=$target/debug/leadscrew
 fi
 python=$target/import/bin/python

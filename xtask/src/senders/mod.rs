@@ -31,7 +31,7 @@ pub(crate) fn run_all(names: &[String]) -> Result<(), Failure> {
         |sender: Sender| names.is_empty() || names.iter().any(|name| name == sender.name());
     let runs: Vec<&Run> = RUNS.iter().filter(|run| wanted(run.sender)).collect();
     let place = Place::new()?;
-    shell::run(Command::new("cargo").args(["build", "-p", "leadscrew"]))?;
+    shell::run(Command::new("cargo").args(["build", "-p", "leadscrew-cli"]))?;
     if runs.is_empty() {
         return Err(Failure::finding(format!(
             "no sender of these names: {}",

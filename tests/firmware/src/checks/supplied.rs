@@ -140,7 +140,7 @@ fn homed(program: &str) -> &str {
 
 pub(crate) fn supplied_jobs(firmware: &Firmware) -> Result<Figures, Failure> {
     let built = Command::new("cargo")
-        .args(["build", "--quiet", "-p", "leadscrew"])
+        .args(["build", "--quiet", "-p", "leadscrew-cli"])
         .status()?;
     ensure(built.success(), || "leadscrew does not build".into())?;
     let mut figures = Figures::default();
