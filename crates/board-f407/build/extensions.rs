@@ -79,7 +79,9 @@ fn heat(profile: &Profile, board: &Board) -> Option<Extension> {
     let value = format!(
         "{{
         use leadscrew_heat::{{{NAMES}}};
-        Heat::new({config:?}, {heaters:?}, crate::heaters::HeatPins::new())
+        let heat = Heat::new({config:?}, {heaters:?}, crate::heaters::HeatPins::new());
+        let Ok(heat) = heat else {{ panic!(\"a heater is not watched\") }};
+        heat
     }}"
     );
     (count > 0).then(|| Extension {

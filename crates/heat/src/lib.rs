@@ -6,12 +6,14 @@ mod fault;
 mod heater;
 mod refusal;
 mod sensor;
+mod valid;
 
 pub use fault::Fault;
 pub use heater::{Heater, HeaterConfig, Limits};
 pub use sensor::Sensor;
 
 pub use refusal::errors;
+pub use valid::ConfigError;
 
 use core::fmt;
 use heapless::Vec;
@@ -104,14 +106,19 @@ pub struct Heat<P, const N: usize> {
 
 impl<P: HeatPort, const N: usize> Heat<P, N> {
     /// Makes the extension for the first `N` heaters, and switches all of them off.
+    ///
+    /// # Errors
+    /// A value with which a heater would not be watched. The pins are left alone.
     pub fn new(
         config: HeatConfig,
         heaters: impl IntoIterator<Item = HeaterConfig>,
         port: P,
-    ) -> Self {
+    ) -> Result<Self, ConfigError> {
+        let heaters: Vec<_, N> = heaters.into_iter().take(N).collect();
+        config.validate(&heaters)?;
         let mut heat = Self {
             config,
-            heaters: heaters.into_iter().take(N).map(Heater::new).collect(),
+            heaters: heaters.into_iter().map(Heater::new).collect(),
             port,
             next: None,
             fan: 0,
@@ -120,7 +127,7 @@ impl<P: HeatPort, const N: usize> Heat<P, N> {
         };
         heat.port.supply(true);
         heat.off();
-        heat
+        Ok(heat)
     }
 
     /// The heaters, with their temperatures.

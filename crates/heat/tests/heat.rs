@@ -5,7 +5,9 @@
 mod bench;
 
 use bench::{Memory, Session};
-use leadscrew_heat::{Gates, Heat, HeatConfig, HeatPort, HeaterConfig, Limits, Sensor};
+use leadscrew_heat::{
+    ConfigError, Gates, Heat, HeatConfig, HeatPort, HeaterConfig, Limits, Sensor,
+};
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::extension::{Extension, OutputChange};
 use leadscrew_outputs::{OutputPort, Outputs, OutputsConfig};
@@ -117,7 +119,130 @@ fn heater(name: &'static str) -> HeaterConfig {
 fn heat(config: HeatConfig) -> (Heat<Pins, 2>, Rc<RefCell<Plant>>) {
     let plant = Plant::new();
     let heaters = [heater("N"), heater("B")];
-    (Heat::new(config, heaters, Pins(plant.clone())), plant)
+    let heat = Heat::new(config, heaters, Pins(plant.clone())).unwrap();
+    (heat, plant)
+}
+
+#[test]
+fn a_heater_that_nobody_would_watch_is_refused() {
+    /// A value, and how it is put into a configuration.
+    type Place = (fn(&mut HeatConfig, &mut HeaterConfig, f32), ConfigError);
+    const PLACES: [Place; 12] = [
+        (
+            |all, _, value| all.reference = value,
+            ConfigError::Reference,
+        ),
+        (
+            |_, one, value| one.limits.most = value,
+            ConfigError::Temperatures(1),
+        ),
+        (
+            |_, one, value| one.limits.hottest = value,
+            ConfigError::Temperatures(1),
+        ),
+        (
+            |_, one, value| one.limits.coldest = -value,
+            ConfigError::Temperatures(1),
+        ),
+        (
+            |_, one, value| one.limits.extrusion = value,
+            ConfigError::Temperatures(1),
+        ),
+        (
+            |_, one, value| one.limits.answer = value,
+            ConfigError::Answer(1),
+        ),
+        (
+            |_, one, value| one.limits.band = value,
+            ConfigError::Band(1),
+        ),
+        (|_, one, value| one.hysteresis = value, ConfigError::Band(1)),
+        (
+            |_, one, gain| one.sensor = Sensor::Linear { offset: 0.0, gain },
+            ConfigError::Sensor(1),
+        ),
+        (
+            |_, one, r25| {
+                one.sensor = Sensor::Thermistor {
+                    r25,
+                    beta: 1.0,
+                    pull_up: 1.0,
+                }
+            },
+            ConfigError::Sensor(1),
+        ),
+        (
+            |_, one, beta| {
+                one.sensor = Sensor::Thermistor {
+                    r25: 1.0,
+                    beta,
+                    pull_up: 1.0,
+                }
+            },
+            ConfigError::Sensor(1),
+        ),
+        (
+            |_, one, pull_up| {
+                one.sensor = Sensor::Thermistor {
+                    r25: 1.0,
+                    beta: 1.0,
+                    pull_up,
+                }
+            },
+            ConfigError::Sensor(1),
+        ),
+    ];
+    for (place, (put, error)) in PLACES.into_iter().enumerate() {
+        for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            let (mut config, mut second) = (CONFIG, heater("B"));
+            put(&mut config, &mut second, value);
+            let made: Result<Heat<_, 2>, _> =
+                Heat::new(config, [heater("N"), second], Pins(Plant::new()));
+            assert_eq!(made.err(), Some(error), "place {place}, {value}");
+        }
+    }
+    const USUAL: Limits = Limits::NOZZLE;
+    let limits = [
+        (
+            Limits {
+                patience: 0,
+                ..USUAL
+            },
+            ConfigError::Answer(0),
+        ),
+        (
+            Limits {
+                most: 310.0,
+                ..USUAL
+            },
+            ConfigError::Temperatures(0),
+        ),
+        (Limits { band: 1.9, ..USUAL }, ConfigError::Band(0)),
+    ];
+    let refused = |config, limits| {
+        let only = HeaterConfig {
+            limits,
+            ..heater("N")
+        };
+        Heat::<_, 2>::new(config, [only], Pins(Plant::new())).err()
+    };
+    let alone = HeatConfig {
+        bed: None,
+        ..CONFIG
+    };
+    for (limits, error) in limits {
+        assert_eq!(refused(alone, limits), Some(error));
+    }
+    for absent in [
+        HeatConfig {
+            bed: Some(1),
+            ..alone
+        },
+        HeatConfig { nozzle: 1, ..alone },
+    ] {
+        assert_eq!(refused(absent, USUAL), Some(ConfigError::NoSuchHeater));
+    }
+    assert_eq!(refused(alone, USUAL), None);
 }
 
 fn boot<X: Extension<3>>(memory: &mut Memory, extension: X) -> Session<'_, Cartesian, X> {

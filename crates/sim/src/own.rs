@@ -77,6 +77,7 @@ impl Profile {
             self.heaters.wires(),
             fault,
         );
-        Some(Heat::new(config, self.heaters.configs(), oven))
+        // A file with heaters that this refuses is refused when it is read.
+        Heat::new(config, self.heaters.configs(), oven).ok()
     }
 }

@@ -169,7 +169,7 @@ fn heaters_and_the_tool_are_one_extension() {
         hysteresis: 2.0,
         limits: Limits::NOZZLE,
     };
-    let heat: Heat<_, 1> = Heat::new(config, [nozzle], Cold);
+    let heat: Heat<_, 1> = Heat::new(config, [nozzle], Cold).unwrap();
     let mut session = boot(&mut memory, (heat, tool(&pins)));
     let said = run(&mut session, &pins, "M3\nM105\n");
     assert_eq!(said, ["ok", "[HEAT:N,25.0,0.0]", "ok"]);

@@ -43,7 +43,7 @@ impl Machine {
             Err(Stop::Lockup { trap, .. }) => Err(trap),
             Err(Stop::Breakpoint { .. } | Stop::Stray { .. } | Stop::Loader { .. }) => {
                 Err(Trap::Breakpoint)
-            },
+            }
         }
     }
 

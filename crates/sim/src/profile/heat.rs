@@ -251,35 +251,28 @@ impl Profile {
         if bed.is_some() && nozzle.is_none() {
             return Some(("heaters", "expected a nozzle beside a bed"));
         }
-        let is_shorted = |heater: &HeaterConfig| heater.limits.most >= heater.limits.hottest;
-        if self.heaters.configs().iter().any(is_shorted) {
-            return Some(("heaters", "expected `most` below `hottest`"));
+        if let Err(error) = self.heat_config().validate(&self.heaters.configs()) {
+            let mut tables = self.heaters.tables().map(|(_, usual)| usual.table);
+            let of_heater = error.heater().and_then(|heater| tables.nth(heater));
+            return Some((of_heater.unwrap_or("heaters"), error.expected()));
         }
         let is_axis = |letter: AxisLetter| self.axis_of_letter(letter.capital()).is_some();
         if !extruder.is_none_or(is_axis) {
             let expected = "expected the letter of one of its axes as `extruder`";
             return Some(("heaters", expected));
         }
-        self.contradiction_of_temperatures()
+        self.contradiction_of_extrusion()
     }
 
-    /// A heater that could never extrude, or never stay at its target.
-    fn contradiction_of_temperatures(&self) -> Option<(&'static str, &'static str)> {
+    /// A heater that could never extrude.
+    fn contradiction_of_extrusion(&self) -> Option<(&'static str, &'static str)> {
         let gates = self.heat_config().gates;
         let is_gated = gates.extruder_axis.is_some() || gates.feeders != 0;
         self.heaters.tables().find_map(|(table, usual)| {
-            let HeaterConfig {
-                limits, hysteresis, ..
-            } = table.config(usual);
+            let limits = table.config(usual).limits;
             let is_asked = table.extrusion.is_some() || is_gated && usual.name == NOZZLE.name;
-            let expected = if is_asked && limits.extrusion > limits.most {
-                "expected `extrusion` up to `most`"
-            } else if hysteresis > limits.band {
-                "expected `hysteresis_k` up to `band_k`"
-            } else {
-                return None;
-            };
-            Some((usual.table, expected))
+            let never = is_asked && limits.extrusion > limits.most;
+            never.then_some((usual.table, "expected `extrusion` up to `most`"))
         })
     }
 }
