@@ -27,7 +27,7 @@ const TARGETS: [(&str, &[&str]); 7] = [
 const SINGLE_CORE: &[&str] = &["--features", "single-core"];
 
 /// The topmost library, which depends on the others.
-const LIBRARY: &str = "leadscrew-machine";
+const LIBRARY: &str = "leadscrew";
 
 /// The simulator and the page. They need a standard library, and in a browser that has neither
 /// files nor threads nor a clock.

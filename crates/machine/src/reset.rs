@@ -52,6 +52,20 @@ where
         self.take_position();
     }
 
+    /// Ends everything under way because a part of the board has failed, and tells the reason,
+    /// [`Board::locked`]. Main loop, after a [`Machine::poll`].
+    pub fn fail<B: Board>(&mut self, board: &mut B, now: Instant) {
+        self.abort(Alarm::AbortedMotion, board, now);
+        if let Some(why) = board.locked() {
+            self.tell(why);
+        }
+    }
+
+    /// Tells the operator something about the board, in 64 characters at most. Main loop.
+    pub fn tell(&mut self, text: &'static str) {
+        self.console.message(Message::Board(text));
+    }
+
     /// The reset itself, after any alarm that it raises.
     pub(crate) fn restart<B: Board>(&mut self, discard: Discard, board: &mut B, now: Instant) {
         self.end_cycles();
