@@ -20,10 +20,11 @@ use crate::{
 use std::{path::Path, process::Command};
 
 /// The library crates that run on the microcontroller.
-const LIBRARIES: [&str; 7] = [
+const LIBRARIES: [&str; 8] = [
     "leadscrew-gcode",
     "leadscrew-stepper",
     "leadscrew-planner",
+    "leadscrew-program",
     "leadscrew-interpreter",
     "leadscrew-protocol",
     "leadscrew-settings",
