@@ -7,6 +7,7 @@ use super::calibrate::CalibrateArgs;
 use super::import::ImportCommand;
 use super::machine::MachineCommand;
 use super::replay::ReplayArgs;
+use super::resume::ResumeArgs;
 use super::serve_args::ServeArgs;
 use super::setting_args::SettingArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -48,6 +49,9 @@ pub(super) enum Command {
     Import(ImportCommand),
     /// Turn and shift a job onto a board that lies askew.
     Align(AlignArgs),
+    /// Begin a job in its middle: bring the machine to where the job stands at a line, then go on
+    /// with that line.
+    Resume(ResumeArgs),
     /// Work out an axis's steps per mm from a measured move.
     Calibrate(CalibrateArgs),
     /// Print completions for a shell: `leadscrew completions bash >

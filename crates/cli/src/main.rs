@@ -20,6 +20,7 @@ mod playback;
 mod profile;
 mod replay;
 mod report;
+mod resume;
 mod run;
 mod said;
 mod serve;
@@ -54,6 +55,7 @@ fn main() -> ExitCode {
         Command::Replay(args) => replay::run(&args),
         Command::Import(command) => import::run(&command),
         Command::Align(args) => align::align(&args),
+        Command::Resume(args) => resume::resume(&args),
         Command::Calibrate(args) => calibrate::calibrate(&args),
         Command::Completions { shell } => shell::completions(shell),
         Command::Machine(command) => machine::run(&command),

@@ -6,9 +6,13 @@
 mod bends;
 mod doubts;
 mod frame;
+mod preamble;
+mod standing;
 mod system;
 
 pub use doubts::Doubt;
+pub use preamble::{Ask, RestError};
+pub(crate) use standing::names_motion;
 
 use crate::complaint::{Complaint, Fault};
 use crate::machine::Machine;
@@ -31,6 +35,7 @@ use leadscrew_planner::Coordinate;
 use leadscrew_sim::own::{Own, OwnPins};
 use leadscrew_sim::scene::{StrokeKind, ToolSizes, Tooling, Toolpath};
 use leadscrew_stepper::MAX_STEP_EVENTS;
+use standing::Standing;
 use system::State;
 
 /// M6, at which a machine with a tool change waits for its operator.
@@ -70,6 +75,16 @@ pub trait Follow {
     fn end(&mut self, last: u64, raw: &[u8]) -> Vec<(u64, Vec<u8>, Doubt)>;
     /// The path of the program so far.
     fn path(&self) -> &Toolpath;
+    /// Notes from here on by which words the program comes to where it stands. It stands at `start`,
+    /// work coordinates, if that is known.
+    fn stand(&mut self, start: Option<[Coordinate; 3]>);
+    /// Lines that bring a machine from anywhere to where the program stands.
+    ///
+    /// # Errors
+    /// A place that only the machine knew.
+    fn preamble(&self, ask: &Ask) -> Result<Vec<String>, RestError>;
+    /// The line whose arc, canned cycle or probe the next line goes on with, if it names no motion.
+    fn motion_line(&self) -> Option<u64>;
 }
 
 /// Begins a program called `file` on `machine` as it is after power-up.
@@ -115,6 +130,10 @@ struct Checker<const AXES: usize> {
     spans: Spans<AXES>,
     /// Axes that the program has homed: their places are known.
     homed: AxisMask,
+    /// The number of the line that is being checked.
+    number: u64,
+    /// By which words the program has come to where it stands, if somebody asks.
+    standing: Option<Standing<AXES>>,
 }
 
 impl<const AXES: usize> Follow for Checker<AXES> {
@@ -132,6 +151,7 @@ impl<const AXES: usize> Follow for Checker<AXES> {
     }
 
     fn check(&mut self, number: u64, raw: &[u8]) -> Option<Complaint> {
+        self.number = number;
         self.path.line = u32::try_from(number).unwrap_or(u32::MAX);
         if self.habits.may_need_lines() {
             self.raw = raw.to_vec();
@@ -169,6 +189,22 @@ impl<const AXES: usize> Follow for Checker<AXES> {
     fn path(&self) -> &Toolpath {
         &self.path
     }
+
+    fn stand(&mut self, start: Option<[Coordinate; 3]>) {
+        self.standing = Some(Standing::new(start.is_some()));
+        if let Some(start) = start {
+            let start = std::array::from_fn(|axis| start.get(axis).copied().unwrap_or_default());
+            self.interpreter.set_position(start);
+        }
+    }
+
+    fn preamble(&self, ask: &Ask) -> Result<Vec<String>, RestError> {
+        self.lines_to_here(ask)
+    }
+
+    fn motion_line(&self) -> Option<u64> {
+        self.line_of_motion()
+    }
 }
 
 impl<const AXES: usize> Checker<AXES> {
@@ -195,6 +231,8 @@ impl<const AXES: usize> Checker<AXES> {
             in_machine_coordinates: false,
             spans: Spans::NONE,
             homed: 0,
+            number: 0,
+            standing: None,
         };
         checker.learn_rates();
         checker
@@ -245,6 +283,7 @@ impl<const AXES: usize> Checker<AXES> {
                 .interpret_rest(line, &context, &mut rest)
                 .map_err(refused)?;
         }
+        self.note_standing(line, &commands, &rest);
         self.in_machine_coordinates = is_in_machine_coordinates(line);
         if self.in_machine_coordinates {
             self.see_switches(line);

@@ -20,13 +20,14 @@ mod machine;
 mod profile;
 mod remark;
 mod remedy;
+mod rest;
 pub mod settings_file;
 mod stream;
 mod time;
 mod words;
 
 pub use check::{read_through, CheckJson, CheckReport};
-pub use checker::{follow, Doubt, Follow};
+pub use checker::{follow, Ask, Doubt, Follow, RestError};
 pub use complaint::{faults, Complaint, Fault};
 pub use json::{
     error_json, extents, warning_json, Extent, Extents, JsonError, JsonWarning, JSON_VERSION,
@@ -36,6 +37,7 @@ pub use look::{Finding, Job, Workshop};
 pub use machine::{capped, Machine, TIMING};
 pub use profile::{limits_of, without_lead, ProfileJson, ProfileReport, Trial};
 pub use remark::{Done, Remark};
+pub use rest::{rest_of, Rest};
 pub use stream::{Counted, News, Stream, Streamed};
 pub use time::{time, Time};
 pub use words::{duration, pauses, title, waits, work};

@@ -26,6 +26,8 @@ fn folder() -> Folder {
     );
     copy("examples/sources/003_heart_as_printed.csv", "heart.csv");
     copy("examples/settings/drill002.txt", "drill002.txt");
+    copy("examples/pocket.nc", "pocket.nc");
+    copy("examples/settings/router.txt", "router.txt");
     folder.file(
         "part.gcode",
         "G28\nM104 S210\nG1 X10 E1.5 F1800 ; first\nM204 P500\nG4 P500\n",
@@ -432,4 +434,31 @@ fn a_drill_job_takes_from_the_machine_file_what_its_options_do_not_say() {
         error.contains("expected --feed, or `feed_mm_min` in [drill]"),
         "{error}"
     );
+}
+
+#[test]
+fn a_job_is_begun_in_its_middle_or_the_line_to_begin_with_is_named() {
+    let folder = Folder::new();
+    folder.file("job.nc", "G0 X0 Y0\nG2 X4 I2 F300\nX8 I2\nG1 X9\n");
+    let resume = |args: &[&str]| {
+        let done = call(&folder, &[&["resume", "job.nc"], args].concat());
+        (stdout(&done), stderr(&done), done.status.code())
+    };
+    let (rest, told, code) = resume(&["--line", "4"]);
+    assert!(rest.ends_with("G17 G90 G80 F300 S0\nG1 X9\n"), "{rest}");
+    assert!(told.contains("G54 G0 X8 Y0"), "{told}");
+    assert_eq!(code, Some(0));
+    let (rest, told, code) = resume(&["--line", "3"]);
+    let expected = "job.nc:3: the line goes on with the motion of line 2: begin at line 2\n";
+    assert_eq!(
+        (rest.as_str(), told.as_str(), code),
+        ("", expected, Some(1))
+    );
+    for wrong in [
+        &["--line", "0"][..],
+        &["--line", "4", "--spin-up", "-1"],
+        &["--line", "4", "-o", "job.nc"],
+    ] {
+        assert_eq!(resume(wrong).2, Some(2), "{wrong:?}");
+    }
 }

@@ -132,6 +132,9 @@ impl<const AXES: usize> Checker<AXES> {
         }
         self.draw_to(&target, StrokeKind::Travel);
         self.interpreter.set_position(target);
+        if let Some(standing) = &mut self.standing {
+            standing.jog(self.number, line, &self.letters, &self.interpreter);
+        }
         Ok(())
     }
 
@@ -263,6 +266,9 @@ impl<const AXES: usize> Checker<AXES> {
         self.path.resume_at(mm(&position));
         self.moves = false;
         self.homed |= mask;
+        if let Some(standing) = &mut self.standing {
+            standing.home(mask);
+        }
     }
 
     /// Calls `check` with the interpreter and the context of its lines.
