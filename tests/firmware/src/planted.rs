@@ -460,12 +460,6 @@ pub(crate) const PLANTED: &[Planted] = &[
         &["limits"],
     ),
     planted(
-        "the caches of the flash not reset after an erase",
-        FLASH,
-        |word| Some(word & !(3 << 11)),
-        &["sector-change"],
-    ),
-    planted(
         "USB: the configuration states a byte too much",
         OTG_FS_FIFO_0,
         |word| {
