@@ -54,6 +54,9 @@ mod config;
 mod fault;
 mod flash;
 mod machine;
+mod motion;
+mod motion_config;
+mod motion_words;
 mod outputs;
 mod port;
 mod resources;
@@ -70,6 +73,9 @@ pub use config::{Config, Error};
 pub use fault::Fault;
 pub use flash::{Flash, FlashError};
 pub use machine::Machine;
+pub use motion::{motion, Motion, MotionResources};
+pub use motion_config::{MotionConfig, MotionConfigError};
+pub use motion_words::{MotionError, MotionFault, MotionStatus, Speed, Turn};
 pub use outputs::{Actuators, NoPin, NoPwm, OutputError, Outputs};
 pub use port::Port;
 pub use resources::{new, with_extension, Parts, Resources, SmallResources};
@@ -79,19 +85,27 @@ pub use run::Clock;
 pub use serial::LineError;
 pub use serial::{Listener, Serial, Speaker};
 pub use step_pins::{StepDir, StepPins};
-pub use steps::{Stepping, Steps};
+pub use steps::{LaserStepping, PinStepping, Stepping, Steps};
 pub use switches::{SwitchPins, Switches, Watch};
 pub use timed::{Alarm, Light, Pwm, Timed, WithoutLight};
 pub use words::Pulse;
 
+pub use leadscrew_gcode::{Letter, Number};
 pub use leadscrew_machine::board::{CoolantOutput, Duration, Instant, SpindleOutput};
 pub use leadscrew_machine::config::{
     AxisKind, AxisMask, Dialect, MachineConfig, Options, ParkingConfig, Squaring, SwitchRules,
 };
 pub use leadscrew_machine::extension;
 pub use leadscrew_machine::machine::Next;
-pub use leadscrew_machine::protocol::{alarm::Alarm as AlarmCode, realtime::Realtime};
-pub use leadscrew_machine::settings::{flash::SettingsStore, values::Entry};
+pub use leadscrew_machine::protocol::{
+    alarm::Alarm as AlarmCode, realtime::Realtime, status::Status,
+};
+pub use leadscrew_machine::settings::{
+    flash::SettingsStore,
+    group::Group,
+    table::{Kind, Row},
+    values::Entry,
+};
 pub use leadscrew_machine::state::State;
 pub use leadscrew_machine::step_timing::StepTiming;
 pub use leadscrew_planner::{Cartesian, Coordinate, CoreXy, Ganged, Kinematics, Train};
@@ -106,3 +120,16 @@ pub use {embedded_hal, embedded_io, embedded_storage, fugit, heapless};
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 pub struct Readme;
+
+/// The examples of the pages for embedders, run as tests.
+#[cfg(doctest)]
+mod pages {
+    #[doc = include_str!("../../../docs/embedding.md")]
+    struct Embedding;
+    #[doc = include_str!("../../../docs/without-gcode.md")]
+    struct WithoutGcode;
+    #[doc = include_str!("../../../docs/async.md")]
+    struct Async;
+    #[doc = include_str!("../../../docs/own-m-code.md")]
+    struct OwnMCode;
+}

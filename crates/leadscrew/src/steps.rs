@@ -31,6 +31,14 @@ pub struct Stepping<'a, P, const MOTORS: usize> {
     in_motion: bool,
 }
 
+/// The step interrupt of [`Steps::on`], for a `static`.
+pub type PinStepping<S, A, const MOTORS: usize> =
+    Stepping<'static, Timed<'static, S, A, WithoutLight, MOTORS>, MOTORS>;
+
+/// The step interrupt of [`Steps::on_laser`], for a `static`.
+pub type LaserStepping<S, A, L, const MOTORS: usize> =
+    Stepping<'static, Timed<'static, S, A, Pwm<L>, MOTORS>, MOTORS>;
+
 impl<'a, const MOTORS: usize> Steps<'a, MOTORS> {
     pub(crate) fn new(
         segments: Consumer<'a, Segment<MOTORS>>,

@@ -40,7 +40,9 @@ pub(crate) struct Words<const MOTORS: usize> {
     filter_us: AtomicU32,
     /// The bits of the share of full power.
     power: AtomicU32,
-    levels: AtomicU16,
+    /// The inputs that are low. All words of an empty memory are 0: it takes no room in a program's
+    /// image.
+    low: AtomicU16,
     faults: [AtomicBool; Fault::ALL.len()],
 }
 
@@ -60,7 +62,7 @@ impl<const MOTORS: usize> Words<MOTORS> {
             pulse_us: AtomicU8::new(0),
             filter_us: AtomicU32::new(0),
             power: AtomicU32::new(0),
-            levels: AtomicU16::new(OPEN),
+            low: AtomicU16::new(0),
             faults: [const { AtomicBool::new(false) }; Fault::ALL.len()],
         }
     }
@@ -113,12 +115,12 @@ impl<const MOTORS: usize> Words<MOTORS> {
 
     /// Keeps the levels of the switches. Switch interrupt.
     pub(crate) fn set_levels(&self, switches: &Switches) {
-        self.levels.store(packed(switches), Ordering::Relaxed);
+        self.low.store(!packed(switches), Ordering::Relaxed);
     }
 
     /// The levels of the switches. Any context.
     pub(crate) fn levels(&self) -> Switches {
-        let levels = self.levels.load(Ordering::Relaxed);
+        let levels = !self.low.load(Ordering::Relaxed);
         let is_high = |bit: u32| levels >> bit & 1 == 1;
         Switches {
             limits: MotorMask::from_bits(levels.to_le_bytes()[0]),
@@ -158,9 +160,7 @@ pub struct Pulse {
     pub pulse_us: u8,
 }
 
-/// All inputs are high.
-const OPEN: u16 = 0x1FFF;
-
+/// The levels as bits: limits in the lower byte, the others above it.
 fn packed(switches: &Switches) -> u16 {
     let buttons = [
         switches.probe,

@@ -2,6 +2,7 @@
 
 use embedded_hal::digital::{Error, ErrorKind, ErrorType, InputPin, OutputPin};
 use embedded_hal::pwm::{self, SetDutyCycle};
+use leadscrew::extension::Extension;
 use leadscrew::{Actuators, Alarm, Instant, Machine, Port, Serial, Stepping};
 use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
@@ -156,16 +157,16 @@ impl Alarm for Timer {
 }
 
 /// The board: a machine, its step interrupt, its serial line.
-pub(crate) struct Board<'a, P, O, const MOTORS: usize> {
+pub(crate) struct Board<'a, P, O, const MOTORS: usize, X = ()> {
     pub(crate) world: Rc<World>,
-    pub(crate) machine: Machine<'a, leadscrew::Cartesian, 3, MOTORS>,
+    pub(crate) machine: Machine<'a, leadscrew::Cartesian, 3, MOTORS, X>,
     pub(crate) steps: Stepping<'a, P, MOTORS>,
     pub(crate) serial: Serial<'a>,
     pub(crate) outputs: O,
     pub(crate) heard: String,
 }
 
-impl<P: Port, O: Actuators, const MOTORS: usize> Board<'_, P, O, MOTORS>
+impl<P: Port, O: Actuators, X: Extension<3>, const MOTORS: usize> Board<'_, P, O, MOTORS, X>
 where
     leadscrew::Cartesian: leadscrew::Kinematics<3, MOTORS>,
 {

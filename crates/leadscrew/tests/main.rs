@@ -2,6 +2,8 @@
 
 mod adapters;
 mod bench;
+mod gripper;
 mod lines;
+mod motion;
 mod pins;
 mod settings;

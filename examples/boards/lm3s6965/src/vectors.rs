@@ -10,7 +10,6 @@ use cortex_m::interrupt::InterruptNumber;
 pub(crate) enum Interrupt {
     Uart0 = 5,
     Timer0A = 19,
-    Timer1A = 21,
     Timer2A = 23,
 }
 
@@ -32,7 +31,6 @@ pub(crate) union Vector {
 extern "C" {
     fn UART0();
     fn TIMER_0A();
-    fn TIMER_1A();
     fn TIMER_2A();
 }
 
@@ -45,7 +43,6 @@ pub(crate) static __INTERRUPTS: [Vector; 24] = {
     let mut table = [NONE; 24];
     table[Interrupt::Uart0 as usize] = Vector { handler: UART0 };
     table[Interrupt::Timer0A as usize] = Vector { handler: TIMER_0A };
-    table[Interrupt::Timer1A as usize] = Vector { handler: TIMER_1A };
     table[Interrupt::Timer2A as usize] = Vector { handler: TIMER_2A };
     table
 };

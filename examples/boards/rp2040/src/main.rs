@@ -1,63 +1,53 @@
 //! leadscrew on a Raspberry Pi Pico, under RTIC.
 //!
-//! ```text
-//!  UART0 task --> Receiver      idle task: Machine::poll(board, now)       TIMER_IRQ_0 --> on_timer --> pins
-//!                                     |            ^                           ^
-//!                                     +-- segments-+---------------------------+
-//! ```
-//!
 //! Written from `docs/embedding.md`; compiled, but never run. Pins: serial line on GPIO 0 and 1,
-//! steps of X, Y, Z on GPIO 2 to 4, directions on GPIO 5 to 7, enable (low) on GPIO 8. Time and
-//! steps share one count of microseconds, the chip's own timer.
+//! steps of X, Y, Z on GPIO 2 to 4, directions on GPIO 5 to 7, enable (low) on GPIO 8, the
+//! spindle's PWM on GPIO 9. Time and steps share one count of microseconds, the chip's own timer.
 #![no_std]
 #![no_main]
 #![deny(unsafe_code)]
 
-mod board;
-mod clock;
-mod step_port;
+mod timer;
 
-use board::Pico;
-use heapless::spsc::Consumer;
-use leadscrew_machine::{
-    config::{MachineConfig, MoveQueues, SegmentQueue},
-    inputs::Inputs,
-    machine::{Links, Machine},
-    protocol::serial::{Receiver, SerialQueue},
-    step_timing::StepTiming,
+use leadscrew::{
+    Cartesian, Config, Listener, Machine, Outputs, PinStepping, Resources, Speaker, StepDir,
 };
-use leadscrew_planner::{Cartesian, PixelQueue};
-use leadscrew_stepper::{Segment, Shared, StepInterrupt};
 use panic_halt as _;
-use step_port::Port;
+use rp2040_hal::{
+    clocks::init_clocks_and_plls,
+    fugit::RateExtU32,
+    gpio::{bank0, DynPinId, FunctionSioOutput, FunctionUart, Pin, Pins, PullDown, PullNone},
+    gpio::{Function, PinId, PullType, ValidFunction},
+    pac,
+    pwm::{Channel, FreeRunning, Pwm4, Slice, Slices, B},
+    uart::{DataBits, Reader, StopBits, UartConfig, UartPeripheral, Writer},
+    Clock, Sio, Watchdog,
+};
+use timer::StepTimer;
 
-/// The axes X, Y, Z, with one motor each.
-const AXES: usize = 3;
+/// The frequency of the Pico's crystal, Hz.
+const CRYSTAL_HZ: u32 = 12_000_000;
 
-/// Moves that are planned ahead.
-const MOVES: usize = 256;
+type Output = Pin<DynPinId, FunctionSioOutput, PullDown>;
+type Spindle = Channel<Slice<Pwm4, FreeRunning>, B>;
+type Wire<I> = Pin<I, FunctionUart, PullNone>;
+type Wires = (Wire<bank0::Gpio0>, Wire<bank0::Gpio1>);
 
-type TheMachine = Machine<'static, Cartesian, AXES, AXES>;
-
-/// State that the step interrupt shares with the main loop.
-static SHARED: Shared<AXES> = Shared::new();
-
-/// State that switch interrupts would share with the main loop. This board has no switches.
-static INPUTS: Inputs<AXES> = Inputs::new();
+/// Makes a pin an output, of the one type that all outputs have.
+fn out<I, F, P>(pin: Pin<I, F, P>) -> Output
+where
+    I: PinId + ValidFunction<FunctionSioOutput>,
+    F: Function,
+    P: PullType,
+{
+    pin.into_push_pull_output().into_pull_type().into_dyn_pin()
+}
 
 /// Sets the flash chip up, before anything else runs.
 #[allow(unsafe_code)] // the boot loader looks for it in this section
 #[link_section = ".boot2"]
 #[used]
 static BOOT2: [u8; 256] = rp2040_boot2::BOOT_LOADER_GENERIC_03H;
-
-/// The state that the step interrupt owns.
-pub struct Steps {
-    interrupt: StepInterrupt<AXES>,
-    segments: Consumer<'static, Segment<AXES>>,
-    port: Port,
-    in_motion: bool,
-}
 
 #[rtic::app(device = rp2040_hal::pac, peripherals = true)]
 mod app {
@@ -68,102 +58,95 @@ mod app {
 
     #[local]
     struct Local {
-        machine: TheMachine,
-        board: Pico,
-        reader: board::Reader,
-        receiver: Receiver<'static>,
-        steps: Steps,
+        machine: Machine<'static, Cartesian, 3, 3>,
+        outputs: Outputs<fn(), Output, Spindle>,
+        steps: PinStepping<StepDir<Output, Output, 3>, StepTimer, 3>,
+        listener: Listener<'static>,
+        speaker: Speaker<'static>,
+        reader: Reader<pac::UART0, Wires>,
+        writer: Writer<pac::UART0, Wires>,
     }
 
-    // The initial values are constants, in zeroed memory, so that nothing is built on the stack.
-    #[init(local = [
-        queue: SegmentQueue<AXES> = SegmentQueue::new(),
-        moves: MoveQueues<AXES, AXES, MOVES> = MoveQueues::new(),
-        pixels: PixelQueue<1> = PixelQueue::new(),
-        serial: SerialQueue = SerialQueue::new(),
-    ])]
+    #[init(local = [memory: Resources<3, 3, 256> = Resources::new()])]
     fn init(cx: init::Context) -> (SharedResources, Local) {
-        let (board, reader) = board::start(cx.device);
-        let (producer, segments) = cx.local.queue.split();
-        let (receiver, inbox) = cx.local.serial.split();
-        let links = Links {
-            moves: cx.local.moves,
-            pixels: cx.local.pixels,
-            segments: producer,
-            shared: &SHARED,
-            inputs: &INPUTS,
-            inboxes: core::iter::once(inbox).collect(),
-        };
+        let mut resets = cx.device.RESETS;
+        let clocks = init_clocks_and_plls(
+            CRYSTAL_HZ,
+            cx.device.XOSC,
+            cx.device.CLOCKS,
+            cx.device.PLL_SYS,
+            cx.device.PLL_USB,
+            &mut resets,
+            &mut Watchdog::new(cx.device.WATCHDOG),
+        );
+        let clocks = clocks.ok().expect("the crystal and the PLLs start");
+        let (ports, pads) = (cx.device.IO_BANK0, cx.device.PADS_BANK0);
+        let pins = Pins::new(ports, pads, Sio::new(cx.device.SIO).gpio_bank0, &mut resets);
+
+        let wires = (pins.gpio0.reconfigure(), pins.gpio1.reconfigure());
+        let rate = UartConfig::new(115_200.Hz(), DataBits::Eight, None, StopBits::One);
+        let mut uart = UartPeripheral::new(cx.device.UART0, wires, &mut resets)
+            .enable(rate, clocks.peripheral_clock.freq())
+            .expect("the clock makes 115 200 baud");
+        uart.enable_rx_interrupt();
+        let (reader, writer) = uart.split();
+
+        // This takes the timer out of reset, with the watchdog's tick as its clock.
+        let _ = rp2040_hal::Timer::new(cx.device.TIMER, &mut resets, &clocks);
+        timer::start();
+        let config = Config::new().timer_hz(timer::HZ);
+        let (machine, steps, serial, _) =
+            leadscrew::new(cx.local.memory, config, Cartesian).expect("the build is sound");
+        let motors = StepDir::new([
+            (out(pins.gpio2), out(pins.gpio5)),
+            (out(pins.gpio3), out(pins.gpio6)),
+            (out(pins.gpio4), out(pins.gpio7)),
+        ]);
+        let mut slice = Slices::new(cx.device.PWM, &mut resets).pwm4;
+        slice.enable();
+        let mut spindle = slice.channel_b;
+        spindle.output_to(pins.gpio9);
+        let outputs = Outputs::new(timer::pend as fn(), out(pins.gpio8)).with_spindle(spindle);
+        let (listener, speaker) = serial.split();
         let local = Local {
-            machine: Machine::new(config(), Cartesian, links).expect("the settings are sound"),
-            board,
+            machine,
+            outputs,
+            steps: steps.on(motors, StepTimer),
+            listener,
+            speaker,
             reader,
-            receiver,
-            steps: Steps {
-                interrupt: StepInterrupt::new(),
-                segments,
-                port: Port::new(),
-                in_motion: false,
-            },
+            writer,
         };
         (SharedResources {}, local)
     }
 
     /// The main loop. It never sleeps: at 125 MHz it makes a turn every few microseconds.
-    #[idle(local = [machine, board])]
+    #[idle(local = [machine, outputs, speaker, writer])]
     fn idle(cx: idle::Context) -> ! {
+        let mut unsent = None;
         loop {
-            cx.local.machine.poll(cx.local.board, clock::now());
+            cx.local.machine.poll(cx.local.outputs, timer::now());
+            while let Some(byte) = unsent.take().or_else(|| cx.local.speaker.next_to_send()) {
+                if cx.local.writer.write_raw(&[byte]).is_err() {
+                    unsent = Some(byte); // there is no room
+                    break;
+                }
+            }
         }
     }
 
     /// Bytes have come.
-    #[task(binds = UART0_IRQ, priority = 2, local = [reader, receiver])]
+    #[task(binds = UART0_IRQ, priority = 2, local = [reader, listener])]
     fn listen(cx: listen::Context) {
-        cx.local.reader.hand_over(cx.local.receiver);
+        let mut byte = [0];
+        while cx.local.reader.read_raw(&mut byte).is_ok() {
+            cx.local.listener.receive(byte[0]);
+        }
     }
 
-    /// A tick is due, or the main loop has something to start.
+    /// A tick is due, a pulse ends, or the main loop has something to start.
     #[task(binds = TIMER_IRQ_0, priority = 3, local = [steps])]
     fn tick(cx: tick::Context) {
-        let Steps {
-            interrupt,
-            segments,
-            port,
-            in_motion,
-        } = cx.local.steps;
-        port.acknowledge();
-        if !*in_motion && SHARED.is_running() {
-            port.begin();
-            leadscrew_stepper::start(interrupt, segments, &SHARED, port);
-            *in_motion = true;
-        }
-        if *in_motion {
-            leadscrew_stepper::on_timer(interrupt, segments, &SHARED, port);
-        }
-        *in_motion = SHARED.is_running();
-    }
-
-    /// A pulse ends.
-    #[task(binds = TIMER_IRQ_1, priority = 3)]
-    fn pulse_end(_: pulse_end::Context) {
-        step_port::on_pulse_end();
-    }
-}
-
-fn config() -> MachineConfig<AXES> {
-    MachineConfig {
-        timer_hz: clock::HZ,
-        step_timing: StepTiming {
-            // Not measured: figures for 20 000 steps/s.
-            tick_ns: 45_000,
-            motor_ns: 1_000,
-            line_ns: 48_000,
-            pulse_end_ns: 3_000,
-            setup_ns: 1_000,
-            shortest_pulse_us: 3,
-        },
-        moves: MOVES,
-        ..MachineConfig::new()
+        cx.local.steps.tick();
     }
 }

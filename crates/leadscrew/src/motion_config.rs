@@ -1,0 +1,245 @@
+//! The build of a motion without G-code, checked before anything moves.
+
+use core::fmt;
+use leadscrew_machine::board::PortConfig;
+use leadscrew_planner::{Config, ConfigError, Coordinate, StepsPerMm};
+use leadscrew_stepper::{MotorMask, Ticks};
+
+/// What a [`crate::Motion`] has to know of its machine.
+///
+/// ```
+/// use leadscrew::MotionConfig;
+///
+/// let config = MotionConfig::new()
+///     .timer_hz(1_000_000)
+///     .with_steps_per_mm([80.0, 80.0])
+///     .with_max_speed_mm_s([200.0, 200.0])
+///     .with_acceleration_mm_s2([2000.0, 2000.0])
+///     .with_travel_mm([[0.0, 300.0], [0.0, 200.0]]);
+/// assert!(config.validate().is_ok());
+/// ```
+#[derive(Clone, Copy, PartialEq, Debug)]
+#[must_use]
+pub struct MotionConfig<const AXES: usize> {
+    planned: Config<AXES>,
+    steps_per_mm: [f32; AXES],
+    steps_per_second: u32,
+    travel: Option<[[f32; 2]; AXES]>,
+    pub(crate) wiring: PortConfig,
+}
+
+impl<const AXES: usize> MotionConfig<AXES> {
+    /// Grbl's defaults: 250 steps/mm, 500 mm/min, 10 mm/s², pulses of 10 µs, 20 000 steps a second
+    /// at most; no travel, and no frequency yet.
+    pub fn new() -> Self {
+        Self {
+            planned: Config {
+                timer_hz: 0,
+                ..Config::default()
+            },
+            steps_per_mm: [250.0; AXES],
+            steps_per_second: 20_000,
+            travel: None,
+            wiring: PortConfig {
+                pulse_us: 10,
+                ..PortConfig::default()
+            },
+        }
+    }
+
+    /// Sets the counts of the step timer in a second, at least 100 000.
+    pub fn timer_hz(mut self, hz: u32) -> Self {
+        self.planned.timer_hz = hz;
+        self
+    }
+
+    /// Sets the steps of each axis's motor to a millimetre, above 0.
+    pub fn with_steps_per_mm(mut self, steps: [f32; AXES]) -> Self {
+        self.steps_per_mm = steps;
+        self
+    }
+
+    /// Sets the highest speed of each axis, mm/s, above 0.
+    pub fn with_max_speed_mm_s(mut self, speed: [f32; AXES]) -> Self {
+        self.planned.max_rate = speed;
+        self
+    }
+
+    /// Sets the highest acceleration of each axis, mm/s², above 0.
+    pub fn with_acceleration_mm_s2(mut self, acceleration: [f32; AXES]) -> Self {
+        self.planned.acceleration = acceleration;
+        self
+    }
+
+    /// Sets the highest jerk along the path, mm/s³; 0 for no limit.
+    pub fn with_jerk_mm_s3(mut self, jerk: f32) -> Self {
+        self.planned.jerk = jerk;
+        self
+    }
+
+    /// Sets how fast corners are passed: how far the circle that sets a corner's speed stays away
+    /// from it, mm.
+    pub fn with_junction_deviation_mm(mut self, deviation: f32) -> Self {
+        self.planned.junction_deviation = deviation;
+        self
+    }
+
+    /// Sets how far a chord may stay away from its arc, mm, above 0.
+    pub fn with_arc_tolerance_mm(mut self, tolerance: f32) -> Self {
+        self.planned.arc_tolerance = tolerance;
+        self
+    }
+
+    /// Sets the lowest and the highest place of each axis, mm: no move leads beyond them.
+    pub fn with_travel_mm(mut self, travel: [[f32; 2]; AXES]) -> Self {
+        self.travel = Some(travel);
+        self
+    }
+
+    /// Sets how fast the board can step, 3 000 to 500 000 steps a second: faster motion is capped.
+    pub fn with_steps_per_second(mut self, rate: u32) -> Self {
+        self.steps_per_second = rate;
+        self
+    }
+
+    /// Sets the least width of a step pulse, µs.
+    pub fn with_pulse_us(mut self, width: u8) -> Self {
+        self.wiring.pulse_us = width;
+        self
+    }
+
+    /// Sets the motors whose step pin is low in a pulse, and those whose direction pin is low in
+    /// the negative direction.
+    pub fn with_inverted(mut self, steps: MotorMask, directions: MotorMask) -> Self {
+        self.wiring.step_invert = steps;
+        self.wiring.direction_invert = directions;
+        self
+    }
+
+    /// Checks the build. [`crate::motion`] does so.
+    ///
+    /// # Errors
+    /// The first value with which nothing can be planned.
+    pub fn validate(&self) -> Result<(), MotionConfigError> {
+        self.travel()?;
+        Ok(self.planner(usize::MAX)?.validate()?)
+    }
+
+    /// The travel in exact numbers.
+    pub(crate) fn travel(&self) -> Result<Option<[[Coordinate; 2]; AXES]>, MotionConfigError> {
+        let Some(travel) = self.travel else {
+            return Ok(None);
+        };
+        let mut exact = [[Coordinate::ZERO; 2]; AXES];
+        for (axis, (exact, ends)) in exact.iter_mut().zip(travel).enumerate() {
+            match ends.map(Coordinate::from_mm) {
+                [Some(low), Some(high)] if low <= high => *exact = [low, high],
+                _ => return Err(MotionConfigError::Travel(axis)),
+            }
+        }
+        Ok(Some(exact))
+    }
+
+    /// The planner's build, for a queue of `moves`.
+    pub(crate) fn planner(&self, moves: usize) -> Result<Config<AXES>, MotionConfigError> {
+        let mut planned = self.planned;
+        let (hz, rate) = (planned.timer_hz, self.steps_per_second);
+        if hz < 100_000 {
+            return Err(MotionConfigError::TimerHz(hz));
+        }
+        // A pulse, and as long a time before the next one.
+        let most = (500_000 / u32::from(self.wiring.pulse_us.max(1))).min(500_000);
+        if !(3_000..=most).contains(&rate) {
+            return Err(MotionConfigError::StepsPerSecond { rate, most });
+        }
+        planned.shortest_tick = Ticks(hz.div_ceil(rate));
+        planned.moves = moves;
+        for (axis, (exact, steps)) in planned
+            .steps_per_mm
+            .iter_mut()
+            .zip(self.steps_per_mm)
+            .enumerate()
+        {
+            // The same exact number of 10⁻⁹ as a place in mm has.
+            let nanos = Coordinate::from_mm(steps).map(Coordinate::nanos);
+            match nanos.filter(|nanos| *nanos > 0) {
+                Some(nanos) => *exact = StepsPerMm::from_nanos(nanos),
+                None => return Err(MotionConfigError::StepsPerMm(axis)),
+            }
+        }
+        Ok(planned)
+    }
+}
+
+impl<const AXES: usize> Default for MotionConfig<AXES> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Why there is no motion: what is wrong, where, and how to mend it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
+pub enum MotionConfigError {
+    /// The step timer has this frequency, Hz: none was given, or it is too slow.
+    TimerHz(u32),
+    /// A rate that the board or its pulses do not allow.
+    StepsPerSecond {
+        /// The rate that was asked for.
+        rate: u32,
+        /// The highest one with this width of pulses.
+        most: u32,
+    },
+    /// The steps per mm of this axis are no number above 0.
+    StepsPerMm(usize),
+    /// The travel of this axis has no two places in order.
+    Travel(usize),
+    /// Another value.
+    Planner(ConfigError),
+}
+
+impl fmt::Display for MotionConfigError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("MotionConfig::")?;
+        match self {
+            Self::TimerHz(hz) => {
+                write!(
+                    f,
+                    "timer_hz: {hz}; give the step timer's counts in a second, 100000 or more"
+                )
+            }
+            Self::StepsPerSecond { rate, most } => write!(
+                f,
+                "with_steps_per_second: {rate}; give 3000 to {most}, or shorter pulses"
+            ),
+            Self::StepsPerMm(axis) => {
+                write!(f, "with_steps_per_mm: axis {axis}; give a number above 0")
+            }
+            Self::Travel(axis) => {
+                write!(
+                    f,
+                    "with_travel_mm: axis {axis}; give the lowest place, then the highest"
+                )
+            }
+            Self::Planner(error) => write!(f, "validate: {error}"),
+        }
+    }
+}
+
+impl core::error::Error for MotionConfigError {
+    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
+        match self {
+            Self::Planner(error) => Some(error),
+            Self::TimerHz(_)
+            | Self::StepsPerSecond { .. }
+            | Self::StepsPerMm(_)
+            | Self::Travel(_) => None,
+        }
+    }
+}
+
+impl From<ConfigError> for MotionConfigError {
+    fn from(error: ConfigError) -> Self {
+        Self::Planner(error)
+    }
+}
