@@ -5,6 +5,7 @@ use super::baud::baud;
 use super::board::BoardCommand;
 use super::calibrate::CalibrateArgs;
 use super::import::ImportCommand;
+use super::level::LevelArgs;
 use super::machine::MachineCommand;
 use super::replay::ReplayArgs;
 use super::resume::ResumeArgs;
@@ -49,6 +50,8 @@ pub(super) enum Command {
     Import(ImportCommand),
     /// Turn and shift a job onto a board that lies askew.
     Align(AlignArgs),
+    /// Bend a job so that its depth follows a surface that is not flat.
+    Level(LevelArgs),
     /// Begin a job in its middle: bring the machine to where the job stands at a line, then go on
     /// with that line.
     Resume(ResumeArgs),

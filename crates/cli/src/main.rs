@@ -14,6 +14,7 @@ mod cores;
 mod course;
 mod import;
 mod input;
+mod level;
 mod machine;
 mod picture;
 mod playback;
@@ -55,6 +56,7 @@ fn main() -> ExitCode {
         Command::Replay(args) => replay::run(&args),
         Command::Import(command) => import::run(&command),
         Command::Align(args) => align::align(&args),
+        Command::Level(args) => level::level(&args),
         Command::Resume(args) => resume::resume(&args),
         Command::Calibrate(args) => calibrate::calibrate(&args),
         Command::Completions { shell } => shell::completions(shell),

@@ -40,6 +40,22 @@ pub(crate) fn each_once(words: &[Word]) -> Result<(), (usize, String)> {
     Ok(())
 }
 
+/// The comments of a line: in parentheses, or after a semicolon.
+pub(crate) fn comments(line: &str) -> Vec<&str> {
+    let mut found = Vec::new();
+    let mut rest = line;
+    while let Some(start) = rest.find(['(', ';']) {
+        let behind = &rest[start..];
+        let end = match behind.find(')') {
+            Some(end) if behind.starts_with('(') => end + 1,
+            Some(_) | None => behind.len(),
+        };
+        found.push(&behind[..end]);
+        rest = &behind[end..];
+    }
+    found
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

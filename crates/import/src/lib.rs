@@ -4,6 +4,7 @@
 //! Excellon files -> excellon::Drawing -> drill::Board -> order -> drill::job -> lines
 //! RP code, engraver rows, printer G-code -> rp, rows, print               -> lines
 //! a G-code job and pairs of points       -> align                        -> lines
+//! a G-code job and a map of heights      -> level                        -> lines
 //! ```
 //!
 //! Coordinates are exact decimals ([`Mm`]), from the file's digits to the job's. Text that a reader
@@ -19,6 +20,7 @@ pub mod drill;
 pub mod excellon;
 mod fault;
 mod gcode_text;
+pub mod level;
 mod mm;
 mod point;
 pub mod print;

@@ -27,6 +27,11 @@ fn folder() -> Folder {
     copy("examples/sources/003_heart_as_printed.csv", "heart.csv");
     copy("examples/settings/drill002.txt", "drill002.txt");
     copy("examples/pocket.nc", "pocket.nc");
+    let grid = [(-10, -200), (300, -200), (-10, 200), (300, 200)];
+    let rows = grid.map(|(x, y)| format!("{x},{y},0.1\n")).concat();
+    folder.file("heights.csv", rows);
+    let reports = grid.map(|(x, y)| format!("[PRB:{}.000,{}.000,-12.400:1]\n", x - 200, y - 150));
+    folder.file("probed.txt", reports.concat());
     copy("examples/settings/router.txt", "router.txt");
     folder.file(
         "part.gcode",

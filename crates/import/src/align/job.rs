@@ -1,7 +1,7 @@
 //! Rewrites a job with X, Y, I and J turned.
 
 use super::fit::{Fit, Place};
-use crate::gcode_text::each_once;
+use crate::gcode_text::{comments, each_once};
 use crate::{Fault, Faults, Job};
 use leadscrew_gcode::{words, Letter, Number, Word};
 
@@ -235,20 +235,4 @@ fn rebuilt(words: &[String], line: &str) -> String {
         ""
     };
     format!("{skips}{}", parts.collect::<Vec<_>>().join(" "))
-}
-
-/// The comments of a line: in parentheses, or after a semicolon.
-fn comments(line: &str) -> Vec<&str> {
-    let mut found = Vec::new();
-    let mut rest = line;
-    while let Some(start) = rest.find(['(', ';']) {
-        let behind = &rest[start..];
-        let end = match behind.find(')') {
-            Some(end) if behind.starts_with('(') => end + 1,
-            Some(_) | None => behind.len(),
-        };
-        found.push(&behind[..end]);
-        rest = &behind[end..];
-    }
-    found
 }
