@@ -42,8 +42,8 @@ pub(super) enum GWord {
     CutterCompensation,
     ToolLength(ToolLength),
     System(WorkSystem),
-    /// G61, the only mode there is.
-    PathControl,
+    /// G61, G61.1 and G64 (`true`): the path is exact with each.
+    PathControl(bool),
 }
 
 impl GWord {
@@ -60,7 +60,7 @@ impl GWord {
             Self::CutterCompensation => Group::CutterCompensation,
             Self::ToolLength(_) => Group::ToolLength,
             Self::System(_) => Group::System,
-            Self::PathControl => Group::PathControl,
+            Self::PathControl(_) => Group::PathControl,
         }
     }
 }
@@ -74,6 +74,10 @@ pub(super) enum MWord {
     Flood,
     CoolantOff,
     Parking,
+    /// M48 to M51.
+    Overrides(u8),
+    /// M70 to M73.
+    Modes(u8),
 }
 
 impl MWord {
@@ -83,6 +87,8 @@ impl MWord {
             Self::Spindle(_) => Group::Spindle,
             Self::Mist | Self::Flood | Self::CoolantOff => Group::Coolant,
             Self::Parking => Group::Parking,
+            Self::Overrides(_) => Group::Overrides,
+            Self::Modes(_) => Group::Modes,
         }
     }
 }
@@ -117,6 +123,7 @@ impl Code {
             43 if dialect.tools && self.hundredths == 0 => None,
             43 => Some(AxisCommand::SetToolLength),
             49 => Some(AxisCommand::CancelToolLength),
+            52 if dialect.linuxcnc => Some(AxisCommand::NonModal),
             10 | 28 | 30 | 92 if self.hundredths == 0 => Some(AxisCommand::NonModal),
             _ => None,
         }
@@ -160,6 +167,7 @@ impl Code {
             40 => GWord::CutterCompensation,
             49 => GWord::ToolLength(ToolLength::Cancel),
             43 if dialect.tools => GWord::ToolLength(ToolLength::FromTable),
+            52 if dialect.linuxcnc => GWord::NonModal(NonModal::LocalOrigin),
             53 => GWord::NonModal(NonModal::MachineCoordinates),
             54 => GWord::System(WorkSystem::G54),
             55 => GWord::System(WorkSystem::G55),
@@ -167,7 +175,8 @@ impl Code {
             57 => GWord::System(WorkSystem::G57),
             58 => GWord::System(WorkSystem::G58),
             59 => GWord::System(WorkSystem::G59),
-            61 => GWord::PathControl,
+            61 => GWord::PathControl(false),
+            64 if dialect.linuxcnc => GWord::PathControl(true),
             80 => GWord::Motion(Motion::Cancelled),
             73 | 81..=83 | 85 | 86 | 89 if dialect.cycles => {
                 GWord::Motion(Motion::Cycle(CycleKind::from_code(self.whole)?))
@@ -201,6 +210,12 @@ impl Code {
             (49, _) => GWord::ToolLength(ToolLength::Cancel),
             (91, 10) => GWord::ArcDistance,
             (92, 10) => GWord::NonModal(NonModal::ClearG92),
+            (59, 10) if dialect.linuxcnc => GWord::System(WorkSystem::G59_1),
+            (59, 20) if dialect.linuxcnc => GWord::System(WorkSystem::G59_2),
+            (59, 30) if dialect.linuxcnc => GWord::System(WorkSystem::G59_3),
+            (61, 10) if dialect.linuxcnc => GWord::PathControl(false),
+            (92, 20) if dialect.linuxcnc => GWord::NonModal(NonModal::UseG92(false)),
+            (92, 30) if dialect.linuxcnc => GWord::NonModal(NonModal::UseG92(true)),
             _ => return Err(self.not_whole(dialect)),
         })
     }
@@ -237,6 +252,8 @@ impl Code {
             8 => MWord::Flood,
             9 => MWord::CoolantOff,
             56 if dialect.parking_override => MWord::Parking,
+            48..=51 if dialect.linuxcnc => MWord::Overrides(self.whole),
+            70..=73 if dialect.linuxcnc => MWord::Modes(self.whole),
             _ => return Err(Status::UnsupportedCommand),
         })
     }
@@ -291,7 +308,7 @@ impl Letters {
 /// Words of one group exclude each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Group {
-    /// G4, G10, G28, G30, G53, G92 and their fractions.
+    /// G4, G10, G28, G30, G52, G53, G92 and their fractions.
     NonModal,
     /// G0 to G3, G38.2 to G38.5, G73, G80 to G83, G85, G86, G89.
     Motion,
@@ -309,9 +326,9 @@ pub(super) enum Group {
     CutterCompensation,
     /// G43, G43.1, G49.
     ToolLength,
-    /// G54 to G59.
+    /// G54 to G59.3.
     System,
-    /// G61.
+    /// G61, G61.1, G64.
     PathControl,
     /// M0, M1, M2, M30.
     Flow,
@@ -327,6 +344,24 @@ pub(super) enum Group {
     Retract,
     /// M82, M83.
     Extrusion,
+    /// M48 to M51.
+    Overrides,
+    /// M70 to M73.
+    Modes,
+    /// G64, besides its group: it takes words.
+    Blend,
+    /// M48, besides its group.
+    AllOverrides,
+    /// M49, besides its group.
+    NoOverrides,
+    /// M50, besides its group: P is for the feed.
+    FeedOverride,
+    /// M51, besides its group: P is for the spindle.
+    SpindleOverride,
+    /// M70 and M73, besides their group.
+    Keep,
+    /// M72, besides its group.
+    Recall,
 }
 
 /// The groups of which a jog may have words; of the non-modal ones G53 alone.

@@ -5,7 +5,7 @@
 //! them with golden files.
 
 use super::cycle::holes::Cycle;
-use super::modal_state::{Coolant, Plane, ProbeKind, Rotation, Turn, WorkSystem};
+use super::modal_state::{Coolant, OverrideControl, Plane, ProbeKind, Rotation, Turn, WorkSystem};
 use super::Coordinate;
 use crate::own::Call;
 use core::fmt::{self, Display, Formatter};
@@ -14,11 +14,11 @@ use leadscrew_gcode::Number;
 
 /// The most commands that one line can ask for:
 ///
-/// - four that switch: spindle, coolant, parking control, an extension's M code;
+/// - five that switch: spindle, coolant, parking control, override control, an extension's M code;
 /// - two for offsets: a dwell or a stored offset, and another work offset;
 /// - three that move: two rapids of G28 or G30, and a motion or a cycle;
 /// - two at its end: a pause, or the program's end and another work offset.
-pub const MAX_COMMANDS: usize = 4 + 2 + 3 + 2;
+pub const MAX_COMMANDS: usize = 5 + 2 + 3 + 2;
 
 /// The commands of one line, in the order in which they are carried out.
 pub type Commands<const AXES: usize> = Vec<Command<AXES>, MAX_COMMANDS>;
@@ -35,6 +35,9 @@ pub enum Command<const AXES: usize> {
     Coolant(Coolant),
     /// Allow (M56) or forbid (M56 P0) parking.
     ParkingControl(bool),
+    /// Wait until motion has ended, then let these overrides act (M48 to M51). One that does not
+    /// act is 100 %.
+    OverrideControl(OverrideControl),
     /// Have an extension carry out one of its M codes.
     Own(Call),
     /// Wait until motion has ended, then for this time, s.
@@ -146,6 +149,8 @@ pub struct ArcShape {
     pub turn: Turn,
     /// From the start to the centre, along the two axes of [`Plane::axes`].
     pub centre: [Coordinate; 2],
+    /// Whole turns before the arc, which the other axes share (P of the line, less one).
+    pub more_turns: u8,
 }
 
 /// A straight move that changes no modal state (`$J=`).
@@ -169,8 +174,8 @@ pub enum OffsetId {
 }
 
 impl OffsetId {
-    /// All of them, in the order of `$#`.
-    pub const ALL: [Self; 8] = [
+    /// All of them, in the order of their numbers in the store.
+    pub const ALL: [Self; 11] = [
         Self::Work(WorkSystem::G54),
         Self::Work(WorkSystem::G55),
         Self::Work(WorkSystem::G56),
@@ -179,12 +184,16 @@ impl OffsetId {
         Self::Work(WorkSystem::G59),
         Self::G28,
         Self::G30,
+        Self::Work(WorkSystem::G59_1),
+        Self::Work(WorkSystem::G59_2),
+        Self::Work(WorkSystem::G59_3),
     ];
 
     /// Its place in [`OffsetId::ALL`].
     pub const fn index(self) -> u8 {
         match self {
-            Self::Work(system) => system as u8,
+            Self::Work(system) if (system as usize) < WorkSystem::GRBL => system as u8,
+            Self::Work(system) => system as u8 + 2,
             Self::G28 => 6,
             Self::G30 => 7,
         }

@@ -53,6 +53,10 @@ pub struct Dialect {
     /// Canned cycles, which Grbl has not: G73, G81 to G83, G85, G86, G89, G98, G99, and the words Q
     /// and L for them.
     pub cycles: bool,
+    /// Words of LinuxCNC's that Grbl has not, so that files of its post-processors run: `%`, G52, G59.1
+    /// to G59.3, G61.1, G64, G92.2, G92.3, M48 to M51, M70 to M73, P of arcs, and full circles
+    /// without axis words.
+    pub linuxcnc: bool,
     /// A tool table, which Grbl has not: T stays selected, G43 Hn, G10 L1. For a machine with an
     /// extension that keeps the table.
     pub tools: bool,
@@ -64,6 +68,7 @@ impl Dialect {
         mist: false,
         parking_override: false,
         cycles: false,
+        linuxcnc: false,
         tools: false,
     };
 }

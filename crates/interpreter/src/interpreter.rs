@@ -10,11 +10,12 @@ use super::context::Context;
 use super::cycle::holes::Cycle;
 use super::cycle::series::Series;
 use super::fault::Fault;
-use super::modal_state::{FeedMode, ModalState, Motion, Rotation, Units};
+use super::modal_state::{FeedMode, ModalState, Motion, OverrideControl, Rotation, Units};
 use super::setup::Interpreter;
 use super::takers::Flow;
 use super::units::millimetres_to_inches;
-use super::words::Block;
+use super::words::{Block, RARE};
+use crate::Status;
 use leadscrew_gcode::Number;
 use leadscrew_planner::Coordinate;
 
@@ -49,10 +50,13 @@ impl<const AXES: usize> Interpreter<AXES> {
         block.read(line, context, &self.modal)?;
         let mut plan = Plan::new(&self.position);
         self.plan(&mut plan, &block, line, context)?;
-        if block.has_rest(context.own) {
-            self.modal.tool = block.modal.tool;
-            push_own(context, commands, |_| true);
-            return Ok(Extent::First);
+        if block.groups.have_any(RARE) {
+            if block.has_rest(context.own) {
+                self.modal.tool = block.modal.tool;
+                push_own(context, commands, |_| true);
+                return Ok(Extent::First);
+            }
+            self.recall(&mut block, &mut plan)?;
         }
         self.commit(&block, &plan, context, commands);
         Ok(Extent::Whole)
@@ -90,7 +94,22 @@ impl<const AXES: usize> Interpreter<AXES> {
     pub fn check(&self, line: &[u8], context: &Context<'_, AXES>) -> Result<(), Fault> {
         let mut block = self.block(context);
         block.read(line, context, &self.modal)?;
-        self.plan(&mut Plan::new(&self.position), &block, line, context)
+        let mut plan = Plan::new(&self.position);
+        self.plan(&mut plan, &block, line, context)?;
+        Ok(self.recall(&mut block, &mut plan)?)
+    }
+
+    /// M70 to M73 stand alone: M72 puts the modes in force again that M70 has kept.
+    #[cold]
+    fn recall(&self, block: &mut Block<AXES>, plan: &mut Plan<AXES>) -> Result<(), Status> {
+        block.check_modes()?;
+        if block.groups.contains(Group::Recall) {
+            let (kept, _) = self.kept.ok_or(Status::NothingKept)?;
+            let tool = block.modal.tool;
+            block.modal = ModalState { tool, ..kept };
+            plan.feed = kept.feed;
+        }
+        Ok(())
     }
 
     /// Whether the operator may send this line while a line of the program is put aside. It may
@@ -140,13 +159,13 @@ impl<const AXES: usize> Interpreter<AXES> {
         commands: &mut Commands<AXES>,
     ) {
         let modal = &block.modal;
-        let has_own = block.groups.contains(Group::Own);
-        if has_own {
+        let rare = block.groups.have_any(RARE);
+        if rare && block.groups.contains(Group::Own) {
             push_own(context, commands, |code| code < FIRST_OF_USERS);
         }
         self.switch(modal, &plan.path, context.laser_mode, commands);
-        if has_own {
-            push_own(context, commands, |code| code >= FIRST_OF_USERS);
+        if rare {
+            self.commit_rare(block, context, commands);
         }
         let system_changes = modal.system != self.modal.system;
         self.modal = *modal;
@@ -182,6 +201,31 @@ impl<const AXES: usize> Interpreter<AXES> {
         }
     }
 
+    /// M48 to M51, M70 to M73, and an extension's M code of the user.
+    #[cold]
+    fn commit_rare(
+        &mut self,
+        block: &Block<AXES>,
+        context: &Context<'_, AXES>,
+        commands: &mut Commands<AXES>,
+    ) {
+        let mut acts = block.overrides(self.overrides);
+        if block.groups.contains(Group::Keep) {
+            self.kept = Some((self.modal, acts));
+        } else if block.groups.contains(Group::Modes) {
+            let kept = self.kept.take(); // M71 and M72: both forget, as in LinuxCNC
+            let recalled = kept.filter(|_| block.groups.contains(Group::Recall));
+            acts = recalled.map_or(acts, |(_, kept)| kept);
+        }
+        if self.overrides != acts {
+            self.overrides = acts;
+            push(commands, Command::OverrideControl(acts));
+        }
+        if block.groups.contains(Group::Own) {
+            push_own(context, commands, |code| code >= FIRST_OF_USERS);
+        }
+    }
+
     /// Commits a dwell and all changes of offsets: tool length, work coordinate system, G10, G28.1,
     /// G30.1, G92.
     #[inline]
@@ -206,6 +250,10 @@ impl<const AXES: usize> Interpreter<AXES> {
             Effect::SetTool(tool, length) => push(commands, Command::StoreTool { tool, length }),
             Effect::SetG92(offset) => {
                 self.offsets.set_g92(offset);
+                shifted = true;
+            }
+            Effect::UseG92(again) => {
+                self.offsets.use_g92(again);
                 shifted = true;
             }
             Effect::Store(id) => self.store(id, self.position, commands),
@@ -318,6 +366,7 @@ impl<const AXES: usize> Interpreter<AXES> {
             Flow::End => {
                 push(commands, Command::ProgramEnd);
                 self.modal = self.modal.after_program_end();
+                self.overrides = OverrideControl::ALL;
                 if self.work_offset != self.offsets.work_offset(self.modal.system) {
                     self.shift_work(commands);
                 }

@@ -4,7 +4,7 @@
 //!  line --words--> Block --check--> Plan --commit--> Commands
 //!
 //!    words:   finds errors 1, 2, 4, 20, 21, 23…25, 38
-//!    check:   finds errors 20, 22, 23, 26…38, 52, 200…202, and errors of extensions
+//!    check:   finds errors 20, 22, 23, 26…38, 52, 200…204, and errors of extensions
 //!    commit:  cannot fail; changes modal state, offsets and position
 //! ```
 //!
@@ -77,8 +77,8 @@ pub use fault::Fault;
 pub use interpreter::Extent;
 pub use leadscrew_planner::Coordinate;
 pub use modal_state::{
-    Coolant, Distance, FeedMode, ModalState, Motion, Plane, ProbeKind, Retract, Rotation, Turn,
-    Units, WorkSystem,
+    Coolant, Distance, FeedMode, ModalState, Motion, OverrideControl, Plane, ProbeKind, Retract,
+    Rotation, Turn, Units, WorkSystem,
 };
 pub use offsets::Offsets;
 pub use setup::Interpreter;

@@ -224,18 +224,26 @@ pub enum WorkSystem {
     G57,
     G58,
     G59,
+    G59_1,
+    G59_2,
+    G59_3,
 }
 
 impl WorkSystem {
     /// All systems in order: `ALL[system as usize] == system`.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 9] = [
         Self::G54,
         Self::G55,
         Self::G56,
         Self::G57,
         Self::G58,
         Self::G59,
+        Self::G59_1,
+        Self::G59_2,
+        Self::G59_3,
     ];
+    /// How many of them Grbl has: the first ones.
+    pub const GRBL: usize = 6;
 }
 
 impl Display for WorkSystem {
@@ -247,6 +255,9 @@ impl Display for WorkSystem {
             Self::G57 => "G57",
             Self::G58 => "G58",
             Self::G59 => "G59",
+            Self::G59_1 => "G59.1",
+            Self::G59_2 => "G59.2",
+            Self::G59_3 => "G59.3",
         })
     }
 }
@@ -301,6 +312,24 @@ impl Display for Coolant {
             (true, true) => "M7 M8",
         })
     }
+}
+
+/// The overrides that the program lets act (M48 to M51).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct OverrideControl {
+    /// The override of feeds.
+    pub feed: bool,
+    /// The override of the spindle's speed.
+    pub spindle: bool,
+}
+
+impl OverrideControl {
+    /// M48: both, as after power-up.
+    pub const ALL: Self = Self {
+        feed: true,
+        spindle: true,
+    };
 }
 
 /// The state that one line leaves to the next, offsets and position apart.

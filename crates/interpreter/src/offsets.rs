@@ -1,7 +1,7 @@
 //! Where the coordinate systems of the program lie in the machine.
 //!
 //! ```text
-//! work offset = origin of G54…G59 + G92 + tool length (Z)      machine = work + work offset
+//! work offset = origin of G54…G59.3 + G92 + tool length (Z)      machine = work + work offset
 //! ```
 
 use super::command::OffsetId;
@@ -15,10 +15,12 @@ pub(super) const TOOL_AXIS: usize = 2;
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Offsets<const AXES: usize> {
-    systems: [[Coordinate; AXES]; 6],
+    systems: [[Coordinate; AXES]; WorkSystem::ALL.len()],
     g28: [Coordinate; AXES],
     g30: [Coordinate; AXES],
     g92: [Coordinate; AXES],
+    /// What G92.2 has put aside, and G92.3 puts in force again.
+    kept_g92: [Coordinate; AXES],
     tool_length: Coordinate,
 }
 
@@ -27,10 +29,11 @@ impl<const AXES: usize> Offsets<AXES> {
     pub const fn new() -> Self {
         let zero = [Coordinate::ZERO; AXES];
         Self {
-            systems: [zero; 6],
+            systems: [zero; WorkSystem::ALL.len()],
             g28: zero,
             g30: zero,
             g92: zero,
+            kept_g92: zero,
             tool_length: Coordinate::ZERO,
         }
     }
@@ -112,8 +115,18 @@ impl<const AXES: usize> Offsets<AXES> {
         }
     }
 
+    /// Sets the G92 offset, for G92.3 too.
     pub(super) fn set_g92(&mut self, value: [Coordinate; AXES]) {
         self.g92 = value;
+        self.kept_g92 = value;
+    }
+
+    /// G92.2: no G92 offset is in force. G92.3: the last one that was set is.
+    pub(super) fn use_g92(&mut self, again: bool) {
+        self.g92 = match again {
+            true => self.kept_g92,
+            false => [Coordinate::ZERO; AXES],
+        };
     }
 
     pub(super) fn set_tool_length(&mut self, length: Coordinate) {
@@ -122,12 +135,12 @@ impl<const AXES: usize> Offsets<AXES> {
 
     /// Forgets the offsets that do not outlast a reset: G92 and the tool length.
     pub(super) fn reset(&mut self) {
-        self.g92 = [Coordinate::ZERO; AXES];
+        self.set_g92([Coordinate::ZERO; AXES]);
         self.tool_length = Coordinate::ZERO;
     }
 
     fn system(&self, system: WorkSystem) -> &[Coordinate; AXES] {
-        let [g54, g55, g56, g57, g58, g59] = &self.systems;
+        let [g54, g55, g56, g57, g58, g59, g59_1, g59_2, g59_3] = &self.systems;
         match system {
             WorkSystem::G54 => g54,
             WorkSystem::G55 => g55,
@@ -135,6 +148,9 @@ impl<const AXES: usize> Offsets<AXES> {
             WorkSystem::G57 => g57,
             WorkSystem::G58 => g58,
             WorkSystem::G59 => g59,
+            WorkSystem::G59_1 => g59_1,
+            WorkSystem::G59_2 => g59_2,
+            WorkSystem::G59_3 => g59_3,
         }
     }
 }

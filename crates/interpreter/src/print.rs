@@ -20,6 +20,11 @@ impl<const AXES: usize> Display for Command<AXES> {
             Self::Coolant(coolant) => write!(f, "COOLANT {coolant}"),
             Self::ParkingControl(true) => f.write_str("PARKING on"),
             Self::ParkingControl(false) => f.write_str("PARKING off"),
+            Self::OverrideControl(acts) => {
+                let word = |acts| if acts { "on" } else { "off" };
+                let (feed, spindle) = (word(acts.feed), word(acts.spindle));
+                write!(f, "OVERRIDES feed {feed} spindle {spindle}")
+            }
             Self::Own(call) => write!(f, "OWN M{}{}", call.code, OwnWords(&call.words)),
             Self::Dwell(seconds) => write!(f, "DWELL {seconds} s"),
             Self::StoreOffset { id, value } => write!(f, "STORE {id}{}", Axes(value)),
@@ -84,7 +89,11 @@ impl Display for ArcShape {
             Plane::Yz => ('J', 'K'),
         };
         let [i, j] = self.centre.map(number);
-        write!(f, "{} {} {first}{i} {second}{j}", self.turn, self.plane)
+        write!(f, "{} {} {first}{i} {second}{j}", self.turn, self.plane)?;
+        match self.more_turns {
+            0 => Ok(()),
+            more => write!(f, " P{}", more + 1),
+        }
     }
 }
 

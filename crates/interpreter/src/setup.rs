@@ -3,7 +3,7 @@
 use super::command::OffsetId;
 use super::cycle::series::Series;
 use super::decimals::Decimals;
-use super::modal_state::{Coolant, ModalState, Rotation};
+use super::modal_state::{Coolant, ModalState, OverrideControl, Rotation};
 use super::offsets::Offsets;
 use leadscrew_planner::Coordinate;
 
@@ -15,6 +15,10 @@ use leadscrew_planner::Coordinate;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Interpreter<const AXES: usize> {
     pub(super) modal: ModalState,
+    /// The overrides that M48 to M51 let act.
+    pub(super) overrides: OverrideControl,
+    /// What M70 has kept for M72.
+    pub(super) kept: Option<(ModalState, OverrideControl)>,
     pub(super) offsets: Offsets<AXES>,
     /// `offsets.work_offset(modal.system)`, which every line needs.
     pub(super) work_offset: [Coordinate; AXES],
@@ -30,6 +34,8 @@ impl<const AXES: usize> Interpreter<AXES> {
     pub fn new() -> Self {
         Self {
             modal: ModalState::default(),
+            overrides: OverrideControl::ALL,
+            kept: None,
             offsets: Offsets::new(),
             work_offset: [Coordinate::ZERO; AXES],
             position: [Coordinate::ZERO; AXES],
@@ -94,9 +100,11 @@ impl<const AXES: usize> Interpreter<AXES> {
         self.work_offset = self.offsets.work_offset(self.modal.system);
     }
 
-    /// Forgets as a soft reset does: modal state, G92, tool length. The position stays.
+    /// Forgets as a soft reset does: modal state, kept modes, G92, tool length. The position stays.
     pub fn reset(&mut self) {
         self.modal = ModalState::default();
+        self.overrides = OverrideControl::ALL;
+        self.kept = None;
         self.offsets.reset();
         self.series = None;
         self.decimals = Decimals::UNKNOWN;

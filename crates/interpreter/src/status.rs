@@ -61,7 +61,7 @@ codes! {
         MissingWord = 28, "The command needs another word",
             "G4 needs P, G10 P and L. The first line of a canned cycle needs R and its depth, G82, G86 and G89 need P, G73 and G83 need Q; these words stay until cycle, plane or G90 and G91 change.";
         UnsupportedSystem = 29, "The coordinate system does not exist",
-            "There are six of them, G54 to G59: P1 to P6.";
+            "There are six of them, G54 to G59: P1 to P6; where the machine has LinuxCNC's words three more, G59.1 to G59.3: P7 to P9.";
         MachineCoordinatesNeedStraight = 30, "G53 needs G0 or G1",
             "Machine coordinates work with straight motion only. Write G0 or G1 before G53.";
         AxisWordsUnused = 31, "Axis words without a command for them",
@@ -90,6 +90,8 @@ codes! {
             "G86 stops the spindle at the bottom and starts it again. Put M3 or M4 with a speed above zero before it.";
         NoSuchTool = 203, "The tool is not in the table of tool lengths",
             "G43 H and G10 L1 P take the tools that have a length: 1 to 16, settings 881 to 896. A higher number can be changed to with T and M6; without a length of its own leave G43 out, or measure after each change.";
+        NothingKept = 204, "M72 has no modes to put in force again",
+            "M70 keeps them, M71 and a reset forget them, and M72 uses them up. Put M70 before it.";
     }
 }
 
@@ -111,7 +113,7 @@ mod tests {
         let numbers: Vec<_> = Status::ALL.iter().map(|code| code.number()).collect();
         let expected: Vec<_> = (1..=17)
             .chain(20..=38)
-            .chain([52, 200, 201, 202, 203])
+            .chain([52, 200, 201, 202, 203, 204])
             .collect();
         assert_eq!(numbers, expected);
     }

@@ -63,8 +63,12 @@ pub(super) enum NonModal {
     MachineCoordinates,
     /// G92.
     SetG92,
+    /// G52: the offset of G92, as the words have it.
+    LocalOrigin,
     /// G92.1.
     ClearG92,
+    /// G92.2 (`false`), G92.3 (`true`).
+    UseG92(bool),
 }
 
 /// How the program goes on after a line.

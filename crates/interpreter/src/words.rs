@@ -7,7 +7,7 @@
 use super::code::{Code, GWord, Group, Groups, Letters, MWord};
 use super::context::{Context, OwnCodes};
 use super::fault::Fault;
-use super::modal_state::{Coolant, ModalState, Motion};
+use super::modal_state::{Coolant, ModalState, Motion, OverrideControl};
 use super::takers::{AxisCommand, Flow, NonModal, ToolLength};
 use crate::own::Words;
 use crate::{Dialect, Status};
@@ -35,7 +35,7 @@ pub(super) struct Block<const AXES: usize> {
     pub(super) axis_mask: u8,
     /// The axis words, in units of the program.
     pub(super) axes: [Number; AXES],
-    /// I, J, K, in units of the program; Q in the place of I. No command takes both. A place of its
+    /// I, J, K, in units of the program; Q in the place of I. No line takes both. A place of its
     /// own for Q, which each line would have to zero, would cost 100 instructions a line.
     pub(super) centre: [Number; 3],
     pub(super) f: Number,
@@ -83,7 +83,11 @@ impl<const AXES: usize> Block<AXES> {
         before: &ModalState,
     ) -> Result<(), Fault> {
         for word in words(line) {
-            let word = word?;
+            let word = match word {
+                Ok(word) => word,
+                Err(_) if line == b"%" && context.dialect.linuxcnc => break,
+                Err(error) => return Err(error.into()),
+            };
             self.take(&word, context).map_err(|status| Fault {
                 status,
                 column: word.column(),
@@ -121,7 +125,7 @@ impl<const AXES: usize> Block<AXES> {
     /// Gives M codes the words that belong to them.
     fn finish_m(&mut self, context: &Context<'_, AXES>, before: &ModalState) {
         if self.groups.contains(Group::Parking) {
-            self.modal.parking = !self.letters.contains(Letter::P) || self.p != Number::default();
+            self.modal.parking = self.is_on();
         }
         let found = context.own.found();
         let Some((code, _)) = found.filter(|_| self.groups.contains(Group::Own)) else {
@@ -150,6 +154,36 @@ impl<const AXES: usize> Block<AXES> {
         }
     }
 
+    /// Whether P is not 0, or is left out.
+    fn is_on(&self) -> bool {
+        !self.letters.contains(Letter::P) || self.p != Number::default()
+    }
+
+    /// The overrides that act after a line of M48 to M51.
+    pub(super) fn overrides(&self, before: OverrideControl) -> OverrideControl {
+        let of = |group| match self.groups.contains(Group::Overrides) {
+            true if self.groups.contains(group) => Some(self.is_on()),
+            _ => None,
+        };
+        let both = of(Group::AllOverrides).or(of(Group::NoOverrides).map(|_| false));
+        OverrideControl {
+            feed: of(Group::FeedOverride).or(both).unwrap_or(before.feed),
+            spindle: of(Group::SpindleOverride)
+                .or(both)
+                .unwrap_or(before.spindle),
+        }
+    }
+
+    /// Checks M70 to M73, which stand alone.
+    pub(super) fn check_modes(&self) -> Result<(), Status> {
+        match () {
+            () if !self.groups.contains(Group::Modes) => Ok(()),
+            () if !self.groups.without(OF_MODES).is_empty() => Err(Status::ModalGroupTwice),
+            () if !self.letters.without(N).is_empty() => Err(Status::UnusedWords),
+            () => Ok(()),
+        }
+    }
+
     /// Whether an M code of the line comes first, and the line has other words besides.
     pub(super) fn has_rest(&self, own: OwnCodes<'_>) -> bool {
         if !self.groups.contains(Group::Own) {
@@ -173,6 +207,8 @@ impl<const AXES: usize> Block<AXES> {
             | NonModal::Store(_)
             | NonModal::MachineCoordinates
             | NonModal::SetG92
+            | NonModal::LocalOrigin
+            | NonModal::UseG92(_)
             | NonModal::ClearG92 => false,
         };
         effect && (probes || !moves) && !self.groups.have_any(OF_M_CODES)
@@ -194,7 +230,8 @@ impl<const AXES: usize> Block<AXES> {
             GWord::Units(units) => self.modal.units = units,
             GWord::System(system) => self.modal.system = system,
             GWord::ToolLength(length) => self.tool_length = length,
-            GWord::ArcDistance | GWord::CutterCompensation | GWord::PathControl => {}
+            GWord::PathControl(true) => self.groups.insert(Group::Blend)?,
+            GWord::ArcDistance | GWord::CutterCompensation | GWord::PathControl(false) => {}
         }
         Ok(())
     }
@@ -216,8 +253,22 @@ impl<const AXES: usize> Block<AXES> {
             MWord::Flood => self.modal.coolant.flood = true,
             MWord::CoolantOff => self.modal.coolant = Coolant::OFF,
             MWord::Parking => {}
+            MWord::Overrides(code) => self.take_overrides(code)?,
+            MWord::Modes(70 | 73) => self.groups.insert(Group::Keep)?,
+            MWord::Modes(72) => self.groups.insert(Group::Recall)?,
+            MWord::Modes(_) => {}
         }
         Ok(())
+    }
+
+    /// M48 and M49 for both overrides, M50 and M51 for one.
+    fn take_overrides(&mut self, code: u8) -> Result<(), Status> {
+        match code {
+            48 => self.groups.insert(Group::AllOverrides),
+            49 => self.groups.insert(Group::NoOverrides),
+            50 => self.groups.insert(Group::FeedOverride),
+            _ => self.groups.insert(Group::SpindleOverride),
+        }
     }
 
     fn take_value(
@@ -262,7 +313,7 @@ impl<const AXES: usize> Block<AXES> {
             Letter::H if dialect.tools => Ok(&mut self.h),
             Letter::N => Ok(&mut self.n),
             Letter::P => Ok(&mut self.p),
-            Letter::Q if dialect.cycles => Ok(i),
+            Letter::Q if dialect.cycles || dialect.linuxcnc => Ok(i),
             Letter::R => Ok(&mut self.r),
             _ => Err(Status::UnsupportedCommand),
         }
@@ -276,13 +327,22 @@ const OF_M_CODES: Groups = Groups::of(&[
     Group::Coolant,
     Group::Parking,
     Group::Own,
+    Group::Overrides,
+    Group::Modes,
 ]);
+
+/// M70 to M73.
+const OF_MODES: Groups = Groups::of(&[Group::Modes, Group::Keep, Group::Recall]);
 
 const OWN: Groups = Groups::of(&[Group::Own]);
 const N: Letters = Letters::of(&[Letter::N]);
 
-/// Groups of M codes that take words.
-pub(super) const WITH_WORDS: Groups = Groups::of(&[Group::Parking, Group::Own]);
+/// Groups of M codes that take words; G64.
+pub(super) const WITH_WORDS: Groups =
+    Groups::of(&[Group::Parking, Group::Own, Group::Overrides, Group::Blend]);
+
+/// Groups of which few lines have one, so that all others need only one question.
+pub(super) const RARE: Groups = Groups::of(&[Group::Own, Group::Overrides, Group::Modes]);
 
 const MAY_NOT_BE_NEGATIVE: Letters =
     Letters::of(&[Letter::F, Letter::N, Letter::P, Letter::S, Letter::T]);

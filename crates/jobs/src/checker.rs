@@ -350,7 +350,7 @@ impl<const AXES: usize> Checker<AXES> {
                 self.spans.begin();
                 Ok(())
             }
-            Command::ParkingControl(_) => Ok(()),
+            Command::ParkingControl(_) | Command::OverrideControl(_) => Ok(()),
         }
     }
 

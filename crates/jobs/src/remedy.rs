@@ -62,9 +62,6 @@ const PARKING: &str = add!(
     "[options]\nparking = true\nparking_override = true"
 );
 const OUTPUTS: &str = add!("This machine has no such outputs.", "[outputs]\ncount = 8");
-const BLENDS: &str =
-    "Rounded corners are not supported: motion goes along the exact path, as with \
-                      G61. Leave the word out.";
 const COMPENSATION: &str =
     "Compensation for the cutter's radius is not supported: let the CAM program work it out.";
 const SUBPROGRAMS: &str = "Subprograms are not supported: let the CAM program write them out.";
@@ -73,13 +70,12 @@ const PROGRAMS: &str =
                         write plain numbers.";
 const THREADS: &str = "Threading is not supported: it needs an encoder on the spindle.";
 const SPLINES: &str = "Splines are not supported: let the CAM program write arcs or lines.";
-const SYSTEMS: &str = "The work systems are G54 to G59. G59.1 to G59.3 are not supported.";
 const UNSUPPORTED: &str = "This word is not supported. Leave it out, or choose the GRBL \
                            post-processor in the CAM program.";
 
 /// What helps against `error:20`. A word stands here if a machine file can teach it, or if many
 /// files have it.
-const UNKNOWN: [Remedy; 46] = [
+const UNKNOWN: [Remedy; 41] = [
     Remedy { word: "A", text: A },
     Remedy { word: "B", text: B },
     Remedy { word: "C", text: C },
@@ -172,14 +168,6 @@ const UNKNOWN: [Remedy; 46] = [
         text: OUTPUTS,
     },
     Remedy {
-        word: "G64",
-        text: BLENDS,
-    },
-    Remedy {
-        word: "G61.1",
-        text: BLENDS,
-    },
-    Remedy {
         word: "G41",
         text: COMPENSATION,
     },
@@ -242,18 +230,6 @@ const UNKNOWN: [Remedy; 46] = [
     Remedy {
         word: "G5.2",
         text: SPLINES,
-    },
-    Remedy {
-        word: "G59.1",
-        text: SYSTEMS,
-    },
-    Remedy {
-        word: "G59.2",
-        text: SYSTEMS,
-    },
-    Remedy {
-        word: "G59.3",
-        text: SYSTEMS,
     },
 ];
 

@@ -44,6 +44,7 @@ fn answer(interpreter: &mut Interpreter<3>, raw: &[u8]) -> String {
         mist: true,
         parking_override: true,
         cycles: true,
+        linuxcnc: true,
         tools: false,
     };
     let context = Context {

@@ -287,6 +287,7 @@ impl<const AXES: usize> MachineConfig<AXES> {
             },
             dialect: Dialect {
                 cycles: true,
+                linuxcnc: true,
                 ..Dialect::GRBL
             },
         }
@@ -312,7 +313,7 @@ impl<const AXES: usize> MachineConfig<AXES> {
     }
 
     /// A machine that answers as stock Grbl 1.1h does: 15 moves, 128 bytes, two bits of `$10`, its
-    /// corners, no cycles, no wait for a spindle after a hold.
+    /// corners, no cycles or other words beyond its own, no wait for a spindle after a hold.
     pub const fn grbl() -> Self {
         let mut config = Self::new();
         config.step_timing = StepTiming::GRBL;

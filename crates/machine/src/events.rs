@@ -4,7 +4,7 @@ use crate::board::{Board, ChannelId, CoolantOutput, Duration, Instant};
 use crate::config::CHANNELS;
 use crate::console::Discard;
 use crate::extension::Extension;
-use crate::interpreter::Coolant;
+use crate::interpreter::{Coolant, OverrideControl};
 use crate::machine::Machine;
 use crate::protocol::alarm::Alarm;
 use crate::protocol::message::Message;
@@ -75,7 +75,7 @@ where
                 self.cancel_jog();
             }
             Realtime::Feed(step) => {
-                if self.overrides.step_feed(step) {
+                if self.program.overrides.feed && self.overrides.step_feed(step) {
                     self.console.cadence.overrides_changed();
                 }
             }
@@ -85,7 +85,8 @@ where
                 }
             }
             Realtime::Spindle(step) => {
-                let changed = self.overrides.step_spindle(step);
+                let acts = self.program.overrides.spindle;
+                let changed = acts && self.overrides.step_spindle(step);
                 self.override_spindle(changed);
             }
             Realtime::SpindleStop => self.stop_spindle(now),
@@ -273,6 +274,19 @@ where
             self.tool.spindle.set_override(self.overrides.spindle);
             self.update_power();
         }
+    }
+
+    /// Lets overrides act, or not; one that does not is 100 %.
+    pub(crate) fn control_overrides(&mut self, acts: OverrideControl) {
+        self.program.overrides = acts;
+        let (feed, spindle) = (self.overrides.feed, self.overrides.spindle);
+        self.overrides.feed = if acts.feed { feed } else { 100 };
+        if !acts.spindle {
+            self.overrides.spindle = 100;
+            self.override_spindle(spindle != 100);
+        }
+        self.console.cadence.overrides_changed();
+        self.override_motion();
     }
 
     /// All overrides back to 100 %.

@@ -10,7 +10,7 @@ mod extruder;
 mod offsets;
 mod path;
 
-use super::code::{Group, Letters, GROUPS_IN_JOGS};
+use super::code::{Group, Groups, Letters, GROUPS_IN_JOGS};
 use super::command::{ArcShape, OffsetId};
 use super::context::Context;
 use super::cycle::holes::Cycle;
@@ -65,6 +65,8 @@ pub(super) enum Effect<const AXES: usize> {
     Dwell(Number),
     SetOrigin(WorkSystem, [Coordinate; AXES]),
     SetG92([Coordinate; AXES]),
+    /// G92.2 and G92.3.
+    UseG92(bool),
     /// The length of a tool in the table.
     SetTool(u32, Coordinate),
     /// Stores the position at which the line begins.
@@ -284,6 +286,8 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
             NonModal::GoTo(id) => Effect::GoTo(*self.state.offsets.get(id)),
             NonModal::Store(id) => Effect::Store(id),
             NonModal::SetG92 => self.set_g92(tool_length)?,
+            NonModal::LocalOrigin => self.set_local_origin()?,
+            NonModal::UseG92(again) => Effect::UseG92(again),
             NonModal::ClearG92 => Effect::SetG92([Coordinate::ZERO; AXES]),
         })
     }
@@ -334,7 +338,11 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         match self.block.axis_command {
             AxisCommand::None | AxisCommand::Motion => true,
             AxisCommand::NonModal => {
-                !matches!(self.block.non_modal, NonModal::SetOrigin | NonModal::SetG92)
+                let of = self.block.non_modal;
+                !matches!(
+                    of,
+                    NonModal::SetOrigin | NonModal::SetG92 | NonModal::LocalOrigin
+                )
             }
             AxisCommand::SetToolLength | AxisCommand::CancelToolLength => false,
         }
@@ -421,15 +429,28 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
     }
 }
 
-/// The words that no M code takes.
+/// Words that take a P.
+const WITH_P: Groups = Groups::of(&[
+    Group::Parking,
+    Group::FeedOverride,
+    Group::SpindleOverride,
+    Group::Blend,
+]);
+
+/// The words that neither an M code nor G64 takes.
 fn left_by_m<const AXES: usize>(
     unused: Letters,
     block: &Block<AXES>,
     context: &Context<'_, AXES>,
 ) -> Letters {
     let mut left = unused;
-    if block.groups.contains(Group::Parking) {
+    let groups = block.groups;
+    if groups.have_any(WITH_P) {
         left = left.without(P);
+    }
+    // Q stands in the place of I: a line that has both has one too many.
+    if groups.contains(Group::Blend) && !block.letters.contains(Letter::I) {
+        left = left.without(Q);
     }
     let found = context.own.found();
     let Some((code, _)) = found.filter(|_| block.groups.contains(Group::Own)) else {

@@ -22,8 +22,9 @@ impl<const AXES: usize> Check<'_, AXES> {
         if !self.gives(P) && !self.gives(L) {
             return Err(fault(Status::MissingWord));
         }
-        if self.block.l.trunc() == 1 && self.gives(L) && self.context.dialect.tools {
-            return self.set_tool();
+        let l = self.block.l.trunc();
+        if matches!(l, 1 | 10 | 11) && self.gives(L) && self.context.dialect.tools {
+            return self.set_tool(l);
         }
         let system = self.named_system()?;
         let others = match self.block.l.trunc() {
@@ -40,8 +41,9 @@ impl<const AXES: usize> Check<'_, AXES> {
         Ok(Effect::SetOrigin(system, origin))
     }
 
-    /// G10 L1: the length of tool P.
-    fn set_tool(&mut self) -> Result<Effect<AXES>, Refusal> {
+    /// The length of tool P. G10 L1: the word; G10 L10: with it the axis stands at the word now; G10
+    /// L11: the same in G59.3 without G92.
+    fn set_tool(&mut self, l: i64) -> Result<Effect<AXES>, Refusal> {
         if self.block.axis_mask != 1 << TOOL_AXIS {
             return Err(Refusal::g(Status::ToolLengthAxis, 10));
         }
@@ -50,18 +52,46 @@ impl<const AXES: usize> Check<'_, AXES> {
             return Err(Refusal::words(Status::NoSuchTool, P));
         }
         self.unused = self.unused.without(P).without(L);
-        let length = storable(TOOL_AXIS, self.word(TOOL_AXIS))?;
+        let none = Some(Coordinate::ZERO);
+        let offsets = &self.state.offsets;
+        let word = self.word(TOOL_AXIS);
+        let length = match l {
+            1 => word,
+            10 => {
+                let others = offsets.work_offset_with(self.block.modal.system, none);
+                self.shift(&others, TOOL_AXIS, word)
+            }
+            _ => {
+                let others = offsets.without_g92(WorkSystem::G59_3, none);
+                self.shift(&others, TOOL_AXIS, word)
+            }
+        };
+        let length = storable(TOOL_AXIS, length)?;
         Ok(Effect::SetTool(tool, length))
     }
 
     /// The system that P names; the one in force where it is 0 or missing.
     fn named_system(&self) -> Result<WorkSystem, Refusal> {
+        let there = match self.context.dialect.linuxcnc {
+            true => WorkSystem::ALL.len(),
+            false => WorkSystem::GRBL,
+        };
         match usize::try_from(self.block.p.trunc()) {
             Ok(0) => Some(self.block.modal.system),
-            Ok(number) => WorkSystem::ALL.get(number - 1).copied(),
+            Ok(number) if number <= there => WorkSystem::ALL.get(number - 1).copied(),
+            Ok(_) => None,
             Err(_) => None,
         }
         .ok_or(Refusal::words(Status::UnsupportedSystem, P))
+    }
+
+    /// G52: the words are the offset.
+    pub(super) fn set_local_origin(&self) -> Result<Effect<AXES>, Refusal> {
+        if self.block.axis_mask == 0 {
+            return Err(Refusal::g(Status::NoAxisWords, 52));
+        }
+        let offset = self.merge(self.state.offsets.g92(), |_, word| word)?;
+        Ok(Effect::SetG92(offset))
     }
 
     pub(super) fn set_g92(&self, tool_length: Option<Coordinate>) -> Result<Effect<AXES>, Refusal> {

@@ -1,7 +1,7 @@
 //! The path of a line in its motion mode, with the numbers of the errors in brackets: axis words in
 //! G80 (31), feed rate (22), arcs (26, 32, then R: 33, 34, or I, J, K: 35, 33), probing (26, 33).
 
-use super::{pick, Check, Path, AXIS_WORDS, CENTRE_WORDS, R};
+use super::{pick, Check, Path, AXIS_WORDS, CENTRE_WORDS, P, R};
 use crate::arc::{centre_from_radius, check_centre};
 use crate::code::Letters;
 use crate::command::ArcShape;
@@ -12,6 +12,9 @@ use crate::units::millimetres;
 use crate::Coordinate;
 use crate::Status;
 use leadscrew_gcode::{Letter, Number};
+
+/// The most turns of an arc: the ends of its chords are then within 2 µm at a radius of 50 mm.
+const MOST_TURNS: u8 = 100;
 
 impl<const AXES: usize> Check<'_, AXES> {
     /// How the line moves to its target, by its motion mode.
@@ -72,14 +75,15 @@ impl<const AXES: usize> Check<'_, AXES> {
     fn arc(&mut self, turn: Turn, target: &[Coordinate; AXES]) -> Result<Path, Refusal> {
         let plane = self.block.modal.plane;
         let (first, second) = plane.axes();
-        if self.block.axis_mask == 0 {
+        let turns_about_centre = self.context.dialect.linuxcnc && self.gives(CENTRE_WORDS);
+        if self.block.axis_mask == 0 && !turns_about_centre {
             let code = match turn {
                 Turn::Clockwise => 2,
                 Turn::Counterclockwise => 3,
             };
             return Err(Refusal::g(Status::NoAxisWords, code));
         }
-        if !self.moves(first) && !self.moves(second) {
+        if !self.moves(first) && !self.moves(second) && !turns_about_centre {
             return Err(Refusal::words(Status::NoAxisWordsInPlane, AXIS_WORDS));
         }
         let travel =
@@ -97,7 +101,24 @@ impl<const AXES: usize> Check<'_, AXES> {
             plane,
             turn,
             centre,
+            more_turns: self.more_turns()?,
         }))
+    }
+
+    /// The turns of P beyond the first.
+    fn more_turns(&mut self) -> Result<u8, Refusal> {
+        if !self.context.dialect.linuxcnc || !self.unused.contains(Letter::P) {
+            return Ok(0);
+        }
+        self.unused = self.unused.without(P);
+        let whole = self.block.p.trunc();
+        let turns = u8::try_from(whole)
+            .ok()
+            .filter(|_| self.block.p == Number::from_int(whole as i32));
+        match turns {
+            Some(turns @ 1..=MOST_TURNS) => Ok(turns - 1),
+            Some(_) | None => Err(Refusal::words(Status::OutOfRange, P)),
+        }
     }
 
     fn centre_by_radius(

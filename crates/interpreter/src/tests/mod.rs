@@ -4,6 +4,7 @@ mod axis_words;
 mod cycles;
 mod extruder;
 mod jogs;
+mod linuxcnc;
 mod motion;
 mod offsets;
 mod program;

@@ -55,6 +55,7 @@ impl<const AXES: usize> Checker<AXES> {
             tolerance,
         )
         .ok()
+        .map(|chords| chords.with_turns(arc.more_turns, tolerance))
     }
 }
 

@@ -3,7 +3,7 @@
 pub(crate) mod startup;
 
 use crate::board::ChannelId;
-use crate::interpreter::{Coordinate, Interpreter};
+use crate::interpreter::{Coordinate, Interpreter, OverrideControl};
 use startup::Startup;
 
 /// The program of the sender whose turn it is.
@@ -18,6 +18,8 @@ pub(crate) struct Program<const AXES: usize> {
     pub(crate) lines: u32,
     /// Whether M56 allows parking.
     pub(crate) parking_allowed: bool,
+    /// The overrides that M48 to M51 let act.
+    pub(crate) overrides: OverrideControl,
     /// The end of the last probing motion.
     pub(crate) probed: Probed<AXES>,
     /// The `WCO` of reports.
@@ -43,6 +45,7 @@ impl<const AXES: usize> Program<AXES> {
             line_waits: false,
             lines: 0,
             parking_allowed: true,
+            overrides: OverrideControl::ALL,
             probed: Probed::NOTHING,
             work_offset: [Coordinate::ZERO; AXES],
         }
@@ -54,6 +57,7 @@ impl<const AXES: usize> Program<AXES> {
         self.interpreter.reset();
         self.work_offset = *self.interpreter.work_offset();
         self.parking_allowed = true;
+        self.overrides = OverrideControl::ALL;
         self.probed = Probed::NOTHING;
         self.lines = 0;
         self.line_waits = false;

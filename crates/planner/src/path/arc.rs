@@ -119,6 +119,18 @@ impl<const AXES: usize> Arc<AXES> {
         })
     }
 
+    /// The same arc with this many whole turns before it, which the other axes share. `tolerance`: as
+    /// in [`Arc::new`].
+    #[must_use]
+    pub fn with_turns(mut self, turns: u8, tolerance: f32) -> Self {
+        if turns > 0 {
+            let more = f32::from(turns) * TAU;
+            self.angle += if self.angle < 0.0 { -more } else { more };
+            self.chords = chords(self.angle, self.radius, tolerance);
+        }
+        self
+    }
+
     /// The curve that the chords belong to, for their moves. `acceleration`: see
     /// [`Curve::acceleration`]. `None` if the radius is 0: the arc is one chord.
     pub fn curve(&self, acceleration: f32) -> Option<Curve> {
@@ -258,6 +270,31 @@ mod tests {
     fn offset(x: f64, y: f64) -> [Coordinate; 2] {
         let [x, y, _] = point(x, y, 0.0);
         [x, y]
+    }
+
+    /// A helix of 3¼ turns, against sine and cosine in double precision.
+    #[test]
+    fn an_arc_of_many_turns_stays_on_its_circle_and_climbs_evenly() {
+        for (turns, clockwise) in [(3, false), (99, true)] {
+            let (start, end) = (point(50.0, 0.0, 0.0), point(0.0, 50.0, -13.0));
+            let arc = Arc::new(start, end, offset(-50.0, 0.0), (0, 1), clockwise, 0.002).unwrap();
+            let arc = arc.with_turns(turns, 0.002);
+            let part: f64 = if clockwise { -0.75 } else { 0.25 };
+            let angle = std::f64::consts::TAU * (part + f64::from(turns) * part.signum());
+            assert!((f64::from(arc.angle()) - angle).abs() < 1e-4);
+            let (count, ends) = (f64::from(arc.chords()), arc.collect::<Vec<_>>());
+            for (made, at) in (1..).zip(&ends) {
+                let share = f64::from(made) / count;
+                let (sin, cos) = (angle * share).sin_cos();
+                let expected = [50.0 * cos, 50.0 * sin, -13.0 * share];
+                let apart = mm(at)
+                    .iter()
+                    .zip(expected)
+                    .all(|(is, of)| (is - of).abs() < 0.003);
+                assert!(apart, "{turns}: {at:?} is not {expected:?}");
+            }
+            assert_eq!(ends.last(), Some(&end));
+        }
     }
 
     #[test]

@@ -7,8 +7,10 @@ use leadscrew_gcode::Number;
 /// The rows of `$#`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Parameters<const AXES: usize> {
-    /// G54 to G59.
-    pub systems: [Coordinates<AXES>; 6],
+    /// G54 to G59.3.
+    pub systems: [Coordinates<AXES>; 9],
+    /// Whether the machine has G59.1 to G59.3; Grbl has not.
+    pub nine: bool,
     /// G28.
     pub home: Coordinates<AXES>,
     /// G30.
@@ -24,14 +26,28 @@ pub struct Parameters<const AXES: usize> {
 }
 
 impl<const AXES: usize> Parameters<AXES> {
+    /// Places of the systems that Grbl has not.
+    const FURTHER: core::ops::Range<usize> = 6..9;
+
     /// How many lines `$#` has.
-    pub const LINES: usize = 11;
+    pub const fn lines(nine: bool) -> usize {
+        match nine {
+            true => 14,
+            false => 11,
+        }
+    }
 
     /// Returns a line of `$#`, from 0; `None` beyond the last.
     pub fn line(&self, index: usize) -> Option<ParameterLine<'_, AXES>> {
-        const NAMES: [&str; 9] = [
-            "G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30", "G92",
+        const NAMES: [&str; 12] = [
+            "G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3", "G28", "G30",
+            "G92",
         ];
+        let further = Self::FURTHER;
+        let index = match self.nine || index < further.start {
+            true => index,
+            false => index + further.len(),
+        };
         let offsets = self
             .systems
             .iter()
@@ -121,7 +137,7 @@ mod tests {
     use std::vec::Vec;
 
     #[test]
-    fn parameters_are_eleven_lines() {
+    fn parameters_are_eleven_lines_and_fourteen_with_nine_systems() {
         let zero = xyz("0", "0", "0");
         let probed = ProbeReport {
             position: xyz("0", "0", "-2"),
@@ -129,7 +145,8 @@ mod tests {
             units: MILLIMETRES,
         };
         let mut parameters = Parameters {
-            systems: [zero; 6],
+            systems: [zero; 9],
+            nine: false,
             home: xyz("1", "0", "0"),
             second_home: zero,
             temporary: xyz("-25.4", "0", "0"),
@@ -142,7 +159,7 @@ mod tests {
             .map_while(|index| parameters.line(index))
             .map(|line| line.to_string())
             .collect();
-        assert_eq!(lines.len(), Parameters::<3>::LINES);
+        assert_eq!(lines.len(), Parameters::<3>::lines(false));
         let expected = [
             "[G59:5.000,6.000,0.000]",
             "[G28:1.000,0.000,0.000]",
@@ -152,5 +169,15 @@ mod tests {
             "[PRB:0.000,0.000,-2.000:1]",
         ];
         assert_eq!(lines[5..], expected);
+        parameters.nine = true;
+        parameters.systems[8] = xyz("7", "8", "9");
+        let more: Vec<String> = (0..)
+            .map_while(|index| parameters.line(index))
+            .map(|line| line.to_string())
+            .collect();
+        assert_eq!(more.len(), Parameters::<3>::lines(true));
+        assert_eq!(more[..6], lines[..6]);
+        assert_eq!(more[8], "[G59.3:7.000,8.000,9.000]");
+        assert_eq!(more[9..], lines[6..]);
     }
 }

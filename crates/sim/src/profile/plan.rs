@@ -82,6 +82,7 @@ impl Profile {
             mist: self.options.mist,
             parking_override: self.options.parking_override,
             cycles: true,
+            linuxcnc: true,
             tools: self.tool_change.is_some(),
         };
         if let Some(look_ahead) = self.look_ahead {

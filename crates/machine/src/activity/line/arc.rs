@@ -32,7 +32,8 @@ impl<const AXES: usize> ArcFeed<AXES> {
         let plane = shape.plane.axes();
         let clockwise = shape.turn == Turn::Clockwise;
         let centre = shape.centre;
-        let mut chords = Arc::new(start, travel.target, centre, plane, clockwise, tolerance)?;
+        let arc = Arc::new(start, travel.target, centre, plane, clockwise, tolerance)?;
+        let mut chords = arc.with_turns(shape.more_turns, tolerance);
         let curve = chords.curve(acceleration);
         let next = chords.next();
         Ok(Self {

@@ -293,6 +293,7 @@ impl<const AXES: usize> Executor<AXES> {
                 Command::Spindle(_)
                 | Command::Coolant(_)
                 | Command::ParkingControl(_)
+                | Command::OverrideControl(_)
                 | Command::Dwell(_)
                 | Command::StoreOffset { .. }
                 | Command::StoreTool { .. }

@@ -6,7 +6,9 @@ use super::{LineKind, Progress, Wait};
 use crate::board::{Board, CoolantOutput, Duration, Instant, SpindleOutput};
 use crate::console::Discard;
 use crate::extension::{Event, Extension};
-use crate::interpreter::{ArcShape, Command, Coolant, Feed, OffsetId, Rotation, Spindle, Travel};
+use crate::interpreter::{
+    ArcShape, Command, Coolant, Feed, OffsetId, OverrideControl, Rotation, Spindle, Travel,
+};
 use crate::machine::Machine;
 use crate::protocol::alarm::Alarm;
 use crate::protocol::message::Message;
@@ -89,6 +91,7 @@ where
                 self.program.parking_allowed = allowed;
                 Progress::Done
             }
+            Command::OverrideControl(acts) => self.perform_override_control(acts),
             Command::Own(call) => self.perform_own(&call, board, now),
             Command::Pause => self.perform_pause(),
             Command::ProgramEnd => self.perform_program_end(board),
@@ -348,6 +351,17 @@ where
         !self.tool.spindle.is_laser() || rotations != (dynamic, dynamic)
     }
 
+    fn perform_override_control(&mut self, acts: OverrideControl) -> Progress {
+        if self.state == State::Check {
+            return Progress::Done;
+        }
+        if !self.is_motion_over() {
+            return Progress::Wait;
+        }
+        self.control_overrides(acts);
+        Progress::Done
+    }
+
     fn perform_coolant<B: Board>(&mut self, coolant: Coolant, board: &mut B) -> Progress {
         if self.state == State::Check {
             return Progress::Done;
@@ -419,6 +433,7 @@ where
             self.console.cadence.work_offset_changed();
             self.motion.outputs = OutputChange::NONE;
             self.tell_extension(Event::ProgramEnd);
+            self.program.overrides = OverrideControl::ALL;
             self.reset_overrides();
         }
         self.program.lines = 0;
