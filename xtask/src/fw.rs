@@ -186,12 +186,26 @@ pub(crate) fn build_with(
     for config in without_masking::config(toolchain.sources())? {
         command.arg("--config").arg(config);
     }
+    if has_to_be_small(variables) {
+        command.arg("--no-default-features");
+    }
     command
         .args(arguments)
         .env("DEFMT_RTT_BUFFER_SIZE", LOG_BYTES)
         .envs(variables.iter().copied());
     shell::run(command.current_dir(toolchain::root()))?;
     Ok(toolchain::firmware_dir().join("board-f407"))
+}
+
+/// Whether an image has to fit a chip of 512 KiB with all boards and machines of a record in it:
+/// one that reads its board from a record. That for four motors is too long for such chips anyway.
+fn has_to_be_small(variables: &[(&str, &str)]) -> bool {
+    let given = |name: &str| {
+        let own = variables.iter().find(|(of, _)| *of == name);
+        own.map(|(_, value)| (*value).to_owned())
+            .or_else(|| std::env::var(name).ok())
+    };
+    given(RECORD).is_some() && given(MOTORS).as_deref() != Some("4")
 }
 
 #[cfg(test)]

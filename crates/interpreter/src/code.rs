@@ -123,7 +123,7 @@ impl Code {
             43 if dialect.tools && self.hundredths == 0 => None,
             43 => Some(AxisCommand::SetToolLength),
             49 => Some(AxisCommand::CancelToolLength),
-            52 if dialect.linuxcnc => Some(AxisCommand::NonModal),
+            52 if dialect.has_linuxcnc() => Some(AxisCommand::NonModal),
             10 | 28 | 30 | 92 if self.hundredths == 0 => Some(AxisCommand::NonModal),
             _ => None,
         }
@@ -167,7 +167,7 @@ impl Code {
             40 => GWord::CutterCompensation,
             49 => GWord::ToolLength(ToolLength::Cancel),
             43 if dialect.tools => GWord::ToolLength(ToolLength::FromTable),
-            52 if dialect.linuxcnc => GWord::NonModal(NonModal::LocalOrigin),
+            52 if dialect.has_linuxcnc() => GWord::NonModal(NonModal::LocalOrigin),
             53 => GWord::NonModal(NonModal::MachineCoordinates),
             54 => GWord::System(WorkSystem::G54),
             55 => GWord::System(WorkSystem::G55),
@@ -176,7 +176,7 @@ impl Code {
             58 => GWord::System(WorkSystem::G58),
             59 => GWord::System(WorkSystem::G59),
             61 => GWord::PathControl(false),
-            64 if dialect.linuxcnc => GWord::PathControl(true),
+            64 if dialect.has_linuxcnc() => GWord::PathControl(true),
             80 => GWord::Motion(Motion::Cancelled),
             73 | 81..=83 | 85 | 86 | 89 if dialect.cycles => {
                 GWord::Motion(Motion::Cycle(CycleKind::from_code(self.whole)?))
@@ -210,12 +210,12 @@ impl Code {
             (49, _) => GWord::ToolLength(ToolLength::Cancel),
             (91, 10) => GWord::ArcDistance,
             (92, 10) => GWord::NonModal(NonModal::ClearG92),
-            (59, 10) if dialect.linuxcnc => GWord::System(WorkSystem::G59_1),
-            (59, 20) if dialect.linuxcnc => GWord::System(WorkSystem::G59_2),
-            (59, 30) if dialect.linuxcnc => GWord::System(WorkSystem::G59_3),
-            (61, 10) if dialect.linuxcnc => GWord::PathControl(false),
-            (92, 20) if dialect.linuxcnc => GWord::NonModal(NonModal::UseG92(false)),
-            (92, 30) if dialect.linuxcnc => GWord::NonModal(NonModal::UseG92(true)),
+            (59, 10) if dialect.has_linuxcnc() => GWord::System(WorkSystem::G59_1),
+            (59, 20) if dialect.has_linuxcnc() => GWord::System(WorkSystem::G59_2),
+            (59, 30) if dialect.has_linuxcnc() => GWord::System(WorkSystem::G59_3),
+            (61, 10) if dialect.has_linuxcnc() => GWord::PathControl(false),
+            (92, 20) if dialect.has_linuxcnc() => GWord::NonModal(NonModal::UseG92(false)),
+            (92, 30) if dialect.has_linuxcnc() => GWord::NonModal(NonModal::UseG92(true)),
             _ => return Err(self.not_whole(dialect)),
         })
     }
@@ -252,8 +252,8 @@ impl Code {
             8 => MWord::Flood,
             9 => MWord::CoolantOff,
             56 if dialect.parking_override => MWord::Parking,
-            48..=51 if dialect.linuxcnc => MWord::Overrides(self.whole),
-            70..=73 if dialect.linuxcnc => MWord::Modes(self.whole),
+            48..=51 if dialect.has_linuxcnc() => MWord::Overrides(self.whole),
+            70..=73 if dialect.has_linuxcnc() => MWord::Modes(self.whole),
             _ => return Err(Status::UnsupportedCommand),
         })
     }

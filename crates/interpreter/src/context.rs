@@ -55,7 +55,8 @@ pub struct Dialect {
     pub cycles: bool,
     /// Words of LinuxCNC's that Grbl has not, so that files of its post-processors run: `%`, G52, G59.1
     /// to G59.3, G61.1, G64, G92.2, G92.3, M48 to M51, M70 to M73, P of arcs, and full circles
-    /// without axis words.
+    /// without axis words. Only in a build with the feature `linuxcnc`: see
+    /// [`Dialect::has_linuxcnc`].
     pub linuxcnc: bool,
     /// A tool table, which Grbl has not: T stays selected, G43 Hn, G10 L1. For a machine with an
     /// extension that keeps the table.
@@ -63,6 +64,12 @@ pub struct Dialect {
 }
 
 impl Dialect {
+    /// Whether the machine knows LinuxCNC's words. A build without the feature `linuxcnc` has no
+    /// code for them: firmware for small chips.
+    pub const fn has_linuxcnc(&self) -> bool {
+        cfg!(feature = "linuxcnc") && self.linuxcnc
+    }
+
     /// The words of Grbl as it is usually compiled.
     pub const GRBL: Self = Self {
         mist: false,

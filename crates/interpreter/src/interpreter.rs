@@ -102,6 +102,9 @@ impl<const AXES: usize> Interpreter<AXES> {
     /// M70 to M73 stand alone: M72 puts the modes in force again that M70 has kept.
     #[cold]
     fn recall(&self, block: &mut Block<AXES>, plan: &mut Plan<AXES>) -> Result<(), Status> {
+        if !cfg!(feature = "linuxcnc") {
+            return Ok(());
+        }
         block.check_modes()?;
         if block.groups.contains(Group::Recall) {
             let (kept, _) = self.kept.ok_or(Status::NothingKept)?;
@@ -209,6 +212,16 @@ impl<const AXES: usize> Interpreter<AXES> {
         context: &Context<'_, AXES>,
         commands: &mut Commands<AXES>,
     ) {
+        if cfg!(feature = "linuxcnc") {
+            self.commit_linuxcnc(block, commands);
+        }
+        if block.groups.contains(Group::Own) {
+            push_own(context, commands, |code| code >= FIRST_OF_USERS);
+        }
+    }
+
+    /// M48 to M51, M70 to M73.
+    fn commit_linuxcnc(&mut self, block: &Block<AXES>, commands: &mut Commands<AXES>) {
         let mut acts = block.overrides(self.overrides);
         if block.groups.contains(Group::Keep) {
             self.kept = Some((self.modal, acts));
@@ -220,9 +233,6 @@ impl<const AXES: usize> Interpreter<AXES> {
         if self.overrides != acts {
             self.overrides = acts;
             push(commands, Command::OverrideControl(acts));
-        }
-        if block.groups.contains(Group::Own) {
-            push_own(context, commands, |code| code >= FIRST_OF_USERS);
         }
     }
 

@@ -85,7 +85,7 @@ impl<const AXES: usize> Block<AXES> {
         for word in words(line) {
             let word = match word {
                 Ok(word) => word,
-                Err(_) if line == b"%" && context.dialect.linuxcnc => break,
+                Err(_) if line == b"%" && context.dialect.has_linuxcnc() => break,
                 Err(error) => return Err(error.into()),
             };
             self.take(&word, context).map_err(|status| Fault {
@@ -313,7 +313,7 @@ impl<const AXES: usize> Block<AXES> {
             Letter::H if dialect.tools => Ok(&mut self.h),
             Letter::N => Ok(&mut self.n),
             Letter::P => Ok(&mut self.p),
-            Letter::Q if dialect.cycles || dialect.linuxcnc => Ok(i),
+            Letter::Q if dialect.cycles || dialect.has_linuxcnc() => Ok(i),
             Letter::R => Ok(&mut self.r),
             _ => Err(Status::UnsupportedCommand),
         }
@@ -342,7 +342,10 @@ pub(super) const WITH_WORDS: Groups =
     Groups::of(&[Group::Parking, Group::Own, Group::Overrides, Group::Blend]);
 
 /// Groups of which few lines have one, so that all others need only one question.
-pub(super) const RARE: Groups = Groups::of(&[Group::Own, Group::Overrides, Group::Modes]);
+pub(super) const RARE: Groups = match cfg!(feature = "linuxcnc") {
+    true => Groups::of(&[Group::Own, Group::Overrides, Group::Modes]),
+    false => OWN,
+};
 
 const MAY_NOT_BE_NEGATIVE: Letters =
     Letters::of(&[Letter::F, Letter::N, Letter::P, Letter::S, Letter::T]);

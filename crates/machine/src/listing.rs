@@ -117,7 +117,9 @@ where
         if !X::IN_USE {
             return None;
         }
-        let nth = row.checked_sub(Parameters::<AXES>::lines(self.config.dialect.linuxcnc))?;
+        let nth = row.checked_sub(Parameters::<AXES>::lines(
+            self.config.dialect.has_linuxcnc(),
+        ))?;
         let mut lengths = (1..=u32::from(u8::MAX)).filter_map(|tool| {
             let length = self.extension.tool_length(Some(tool))?;
             (length != Coordinate::ZERO).then_some((tool, length))

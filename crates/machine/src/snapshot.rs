@@ -287,7 +287,7 @@ where
         let system = |system: WorkSystem| numbers(offsets.get(OffsetId::Work(system)));
         Parameters {
             systems: WorkSystem::ALL.map(system),
-            nine: self.config.dialect.linuxcnc,
+            nine: self.config.dialect.has_linuxcnc(),
             home: numbers(offsets.get(OffsetId::G28)),
             second_home: numbers(offsets.get(OffsetId::G30)),
             temporary: numbers(offsets.g92()),

@@ -6,6 +6,7 @@ mod extension;
 mod gates;
 mod homing;
 mod impossible;
+mod linuxcnc;
 mod nonsense;
 mod reports;
 mod rotary;

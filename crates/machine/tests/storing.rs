@@ -8,10 +8,11 @@ use leadscrew_machine::config::MachineConfig;
 const SIZE: usize = 1024;
 
 /// Lines, and the row of a list that shows what each of them stores.
-const CHANGES: [(&str, &str); 7] = [
+const CHANGES: [(&str, &str); 8] = [
     ("G10L2P1X5\n", "[G54:5.000,0.000,0.000]"),
     ("$100=300\n", "$100=300.000"),
     ("G10L20P3Y-2\n", "[G56:0.000,2.000,0.000]"),
+    ("G10L2P9Y4\n", "[G59.3:0.000,4.000,0.000]"),
     ("$N0=G21\n", "$N0=G21"),
     ("G10L2P1X7\n", "[G54:7.000,0.000,0.000]"),
     ("G10L2P6Z1000000000\n", "[G59:0.000,0.000,2147483.648]"),
@@ -19,7 +20,9 @@ const CHANGES: [(&str, &str); 7] = [
 ];
 
 fn switch_on<'a>(memory: &'a mut Memory, flash: &mut Flash) -> Session<'a> {
-    let mut session = Session::boot(memory, MachineConfig::grbl());
+    let mut config = MachineConfig::grbl();
+    config.dialect.linuxcnc = true;
+    let mut session = Session::boot(memory, config);
     session.machine.load(flash).unwrap();
     session
 }

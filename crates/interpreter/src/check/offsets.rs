@@ -72,7 +72,7 @@ impl<const AXES: usize> Check<'_, AXES> {
 
     /// The system that P names; the one in force where it is 0 or missing.
     fn named_system(&self) -> Result<WorkSystem, Refusal> {
-        let there = match self.context.dialect.linuxcnc {
+        let there = match self.context.dialect.has_linuxcnc() {
             true => WorkSystem::ALL.len(),
             false => WorkSystem::GRBL,
         };
@@ -87,6 +87,9 @@ impl<const AXES: usize> Check<'_, AXES> {
 
     /// G52: the words are the offset.
     pub(super) fn set_local_origin(&self) -> Result<Effect<AXES>, Refusal> {
+        if !cfg!(feature = "linuxcnc") {
+            return Ok(Effect::None);
+        }
         if self.block.axis_mask == 0 {
             return Err(Refusal::g(Status::NoAxisWords, 52));
         }

@@ -75,7 +75,7 @@ impl<const AXES: usize> Check<'_, AXES> {
     fn arc(&mut self, turn: Turn, target: &[Coordinate; AXES]) -> Result<Path, Refusal> {
         let plane = self.block.modal.plane;
         let (first, second) = plane.axes();
-        let turns_about_centre = self.context.dialect.linuxcnc && self.gives(CENTRE_WORDS);
+        let turns_about_centre = self.context.dialect.has_linuxcnc() && self.gives(CENTRE_WORDS);
         if self.block.axis_mask == 0 && !turns_about_centre {
             let code = match turn {
                 Turn::Clockwise => 2,
@@ -107,7 +107,7 @@ impl<const AXES: usize> Check<'_, AXES> {
 
     /// The turns of P beyond the first.
     fn more_turns(&mut self) -> Result<u8, Refusal> {
-        if !self.context.dialect.linuxcnc || !self.unused.contains(Letter::P) {
+        if !self.context.dialect.has_linuxcnc() || !self.unused.contains(Letter::P) {
             return Ok(0);
         }
         self.unused = self.unused.without(P);

@@ -352,7 +352,7 @@ where
     }
 
     fn perform_override_control(&mut self, acts: OverrideControl) -> Progress {
-        if self.state == State::Check {
+        if !cfg!(feature = "linuxcnc") || self.state == State::Check {
             return Progress::Done;
         }
         if !self.is_motion_over() {
