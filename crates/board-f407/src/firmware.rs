@@ -20,16 +20,25 @@ use heapless::spsc::Queue;
 use leadscrew_f407_usb as usb;
 use leadscrew_machine::{
     board::Duration,
-    config::{MoveQueues, RowPixels, SegmentQueue},
+    config::{self, MoveQueues, SegmentQueue},
     inputs::Inputs,
     machine::{Links, Machine},
     protocol::serial::SerialQueue,
 };
+use leadscrew_planner::PixelQueue;
 use stm32f4::stm32f407::{Interrupt, EXTI, PWR, RCC};
 use stm32f4xx_hal::rcc::Rcc;
 
 /// How long the main loop sleeps at most, in microseconds.
 const LONGEST_SLEEP: Duration = Duration::from_ticks(5_000);
+
+/// Changes of power within rows of a raster. A machine of more than four axes takes more room in the
+/// same memory.
+const PIXELS: usize = if AXES > 4 {
+    config::PIXELS - 64
+} else {
+    config::PIXELS
+};
 
 /// Room for bytes to send on USB: 512, and the place that a ring keeps free. 512 bytes are sent
 /// within half a millisecond.
@@ -134,7 +143,7 @@ mod app {
         #[allow(unsafe_code)] #[link_section = ".bss.ccm.queue"]
         queue: SegmentQueue<MOTORS> = SegmentQueue::new(),
         #[allow(unsafe_code)] #[link_section = ".bss.ccm.pixels"]
-        pixels: RowPixels = RowPixels::new(),
+        pixels: PixelQueue<PIXELS> = PixelQueue::new(),
         moves: MoveQueues<AXES, MOTORS, MOVES> = MoveQueues::new(),
         received: SerialQueue = SerialQueue::new(),
         usb_received: SerialQueue = SerialQueue::new(),

@@ -14,11 +14,12 @@ use leadscrew_gcode::Number;
 
 /// The most commands that one line can ask for:
 ///
-/// - five that switch: spindle, coolant, parking control, override control, an extension's M code;
+/// - four that switch: spindle, coolant, parking or override control, an extension's M code (M72
+///   switches the first four, and stands alone);
 /// - two for offsets: a dwell or a stored offset, and another work offset;
 /// - three that move: two rapids of G28 or G30, and a motion or a cycle;
 /// - two at its end: a pause, or the program's end and another work offset.
-pub const MAX_COMMANDS: usize = 5 + 2 + 3 + 2;
+pub const MAX_COMMANDS: usize = 4 + 2 + 3 + 2;
 
 /// The commands of one line, in the order in which they are carried out.
 pub type Commands<const AXES: usize> = Vec<Command<AXES>, MAX_COMMANDS>;

@@ -176,8 +176,11 @@ impl<const AXES: usize> Block<AXES> {
 
     /// Checks M70 to M73, which stand alone.
     pub(super) fn check_modes(&self) -> Result<(), Status> {
+        let has = |group| self.groups.contains(group);
         match () {
-            () if !self.groups.contains(Group::Modes) => Ok(()),
+            // Both control overrides: RS274/NGC's group of M48 and M49.
+            () if has(Group::Parking) && has(Group::Overrides) => Err(Status::ModalGroupTwice),
+            () if !has(Group::Modes) => Ok(()),
             () if !self.groups.without(OF_MODES).is_empty() => Err(Status::ModalGroupTwice),
             () if !self.letters.without(N).is_empty() => Err(Status::UnusedWords),
             () => Ok(()),

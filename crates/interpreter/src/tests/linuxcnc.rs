@@ -243,3 +243,10 @@ fn turning_axes_keep_their_origins_in_nine_systems_too() {
     bench.run("G59.2G0A1");
     assert_eq!(bench.position()[3], 91.0);
 }
+
+#[test]
+fn a_line_controls_parking_or_the_other_overrides() {
+    let mut bench = after(&[]);
+    bench.dialect.parking_override = true;
+    bench.expect(&[("M56M48", 21), ("M49M56P0", 21), ("M56", 0), ("M48", 0)]);
+}
