@@ -7,7 +7,7 @@ use super::cores::in_order;
 use super::import::direct;
 use super::input;
 use super::report::json_text;
-use super::run::full_power;
+use super::run::{full_power, known_travel};
 use super::said::{aside, say};
 use super::setting_args::{machine, say_capped};
 use super::{all_done, unusable, Unusable};
@@ -191,8 +191,10 @@ fn draw_picture(
 ) -> Result<(), OutputError> {
     let caption = Caption {
         title: title(&report.file),
-        summary: report.caption(work(machine)),
+        summary: report.caption(work(&machine.file)),
+        work: work(&machine.file),
         full_power_s: full_power(machine),
+        travel: known_travel(machine, path),
     };
     let written = svg::write(output.pen(), &draw(path, &[], &caption));
     output.complete(written)

@@ -27,6 +27,7 @@ pub(super) fn write(
     let playback = Playback {
         title: &caption.title,
         summary: &caption.summary,
+        work: caption.work,
         is_laser: caption.full_power_s.is_some(),
         moves: &moves,
         lengths: &bytes(&fitted.lengths),

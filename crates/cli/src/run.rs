@@ -20,6 +20,7 @@ use leadscrew_sim::link::Rate;
 use leadscrew_sim::oven::{Failure, HeatFault};
 use leadscrew_sim::powered::MOST_MOTORS;
 use leadscrew_sim::profile::Belts;
+use leadscrew_sim::scene::{Toolpath, Way};
 use leadscrew_sim::speed_profile::{Recorder, Stretch};
 use leadscrew_sim::Outcome;
 use std::io::BufReader;
@@ -201,7 +202,7 @@ fn simulate(
         steps_per_mm: steps_per_mm(machine),
         steps_per_rev: machine.file.steps_per_rev(),
         crossed: machine.file.kinematics == Belts::CoreXy,
-        work: work(machine),
+        work: work(&machine.file),
         cut_mm: sketch.path.cut_mm(),
         travel_mm: sketch.path.travel_mm(),
         baud: args.baud,
@@ -215,7 +216,7 @@ fn simulate(
         wall_seconds: 0.0,
     };
     if sketch.path.is_drawn() {
-        let caption = caption(machine, &report);
+        let caption = caption(machine, &report, &sketch.path);
         let pictures = (outputs.svg, outputs.html);
         write_pictures(sketch, caption, &report.outcome, pictures).map_err(unusable)?;
     }
@@ -279,12 +280,26 @@ pub(super) fn full_power(machine: &Machine) -> Option<f64> {
     settings.is_on(Setting::Laser).then_some(full)
 }
 
-fn caption(machine: &Machine, report: &Report) -> Caption {
+fn caption(machine: &Machine, report: &Report, path: &Toolpath) -> Caption {
     Caption {
         title: title(&report.file),
         summary: report.caption(),
+        work: work(&machine.file),
         full_power_s: full_power(machine),
+        travel: known_travel(machine, path),
     }
+}
+
+/// The travel of X and Y, mm, for a picture of `path`; `None` if the path's place in it is not
+/// known: the machine does not home, or it has not in this job.
+pub(super) fn known_travel(machine: &Machine, path: &Toolpath) -> Option<[f32; 2]> {
+    let settings = &machine.settings;
+    let jumps = path.moves().iter().skip(1).any(|one| one.way == Way::Jump);
+    let is_placed = jumps || path.ends()[0] != [0.0; 2];
+    let knows =
+        settings.is_on(Setting::Homing) && (settings.is_on(Setting::SoftLimits) || is_placed);
+    let travel = machine.of_axes(AxisSetting::Travel);
+    knows.then(|| [travel[0] as f32, travel[1] as f32])
 }
 
 /// The data for pictures of a run.

@@ -27,6 +27,20 @@ pub struct Options {
     pub has_switches: bool,
 }
 
+impl Default for Options {
+    /// The scale, feeds and speed of `import rows`.
+    fn default() -> Self {
+        Self {
+            scale: Mm::from_nanos(1_000_000_000),
+            feed: Mm::from_nanos(600_000_000_000),
+            plunge: Mm::from_nanos(200_000_000_000),
+            lift: Mm::from_nanos(2_000_000_000),
+            spindle: 1000,
+            has_switches: false,
+        }
+    }
+}
+
 struct Row {
     way: Point,
     burns: bool,

@@ -31,6 +31,21 @@ pub struct Options {
     pub bed: Option<u16>,
 }
 
+impl Default for Options {
+    /// The feeds and lines of `import rp`; nothing is heated.
+    fn default() -> Self {
+        Self {
+            feed: Mm::from_nanos(1_005_000_000_000),
+            lift: Mm::from_nanos(192_000_000_000),
+            on: "M3 S1000".to_owned(),
+            off: "M5".to_owned(),
+            is_incremental: false,
+            nozzle: None,
+            bed: None,
+        }
+    }
+}
+
 impl Options {
     /// The lines that heat: they set both targets, and then wait for each.
     fn heat(&self) -> impl Iterator<Item = String> {

@@ -85,6 +85,8 @@ pub trait Follow {
     fn preamble(&self, ask: &Ask) -> Result<Vec<String>, RestError>;
     /// The line whose arc, canned cycle or probe the next line goes on with, if it names no motion.
     fn motion_line(&self) -> Option<u64>;
+    /// Where the zero of X, Y and Z is by the program so far, machine position, mm.
+    fn zero(&self) -> [f32; 3];
 }
 
 /// Begins a program called `file` on `machine` as it is after power-up.
@@ -204,6 +206,11 @@ impl<const AXES: usize> Follow for Checker<AXES> {
 
     fn motion_line(&self) -> Option<u64> {
         self.line_of_motion()
+    }
+
+    fn zero(&self) -> [f32; 3] {
+        let offset = self.interpreter.work_offset();
+        std::array::from_fn(|axis| offset.get(axis).map_or(0.0, |place| place.to_mm() as f32))
     }
 }
 

@@ -3,6 +3,7 @@
 
 use crate::check::read_through;
 use crate::checker::follow;
+use crate::foreign::Foreign;
 use crate::machine::Machine;
 use crate::profile::{limits_of, without_lead, ProfileReport};
 use crate::stream::Stream;
@@ -14,6 +15,7 @@ use leadscrew_sim::link::Rate;
 use leadscrew_sim::profile::{Axes, Door, Limits, Place, Profile, Stops};
 use leadscrew_sim::scene::MOVE_BYTES;
 use leadscrew_sim::speed_profile::Recorder;
+use serde_json::json;
 use std::io::{self, BufReader, Read};
 
 /// Moves in one [`Finding::Scene`] at most.
@@ -35,12 +37,21 @@ pub struct Job {
     pub origin: Vec<f32>,
 }
 
+/// Bytes at the start of a job that show whether it is a file of another machine.
+const HEAD: usize = 4096;
+
 /// A result about a job. The kinds come in this order, and [`Finding::Progress`] many times.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Finding {
+    /// The job is a file of another machine, and what follows is about the G-code made of it: JSON
+    /// with its `text`, and `notes` for the user; or with `refused`, the words why there is none,
+    /// and nothing follows.
+    Taken(String),
     /// Moves of the job in work coordinates: [`Drawn`](leadscrew_sim::scene::Drawn)s.
     Scene(Vec<u8>),
     /// The output of `leadscrew check --json`, with extents in work coordinates as the scene's.
+    ///
+    /// With `zero_moved`, the way in mm by which the job itself moves its zero.
     Check(String),
     /// How much of the job has been timed, percent.
     Progress(u8),
@@ -84,6 +95,35 @@ impl Workshop {
 
     /// Analyses a job and hands over each finding at once. Ends soon after `go_on` returns false.
     pub fn look(&self, job: &Job, go_on: &dyn Fn() -> bool, tell: &mut dyn FnMut(Finding)) {
+        match self.taken(job) {
+            Ok(None) => self.look_at(job, go_on, tell),
+            Ok(Some((made, json))) => {
+                tell(Finding::Taken(json));
+                self.look_at(&made, go_on, tell);
+            }
+            Err(words) => tell(Finding::Taken(json!({"refused": words}).to_string())),
+        }
+    }
+
+    /// The job that is made of a file of another machine, and what pages are told of it; `None` for
+    /// G-code.
+    fn taken(&self, job: &Job) -> Result<Option<(Job, String)>, String> {
+        let head = job.text.get(..HEAD).unwrap_or(&job.text);
+        let Some(kind) = Foreign::of(head) else {
+            return Ok(None);
+        };
+        let machine = Machine::from_listing(&job.settings, self.whole.clone());
+        let made = kind.job(&job.name, &job.text, &machine)?;
+        let text = made.lines.join("\n") + "\n";
+        let told = json!({"text": text, "notes": made.notes}).to_string();
+        let job = Job {
+            text: text.into_bytes(),
+            ..job.clone()
+        };
+        Ok(Some((job, told)))
+    }
+
+    fn look_at(&self, job: &Job, go_on: &dyn Fn() -> bool, tell: &mut dyn FnMut(Finding)) {
         let machine = Machine::from_listing(&job.settings, self.file.clone());
         let Ok(checked) = check(job, &machine) else {
             return;
@@ -115,7 +155,7 @@ fn check(job: &Job, machine: &Machine) -> io::Result<Checked> {
     let origin: [f32; 3] = std::array::from_fn(|axis| job.origin.get(axis).copied().unwrap_or(0.0));
     // A machine without homing does not know where its travel ends.
     let has_home = machine.settings.is_on(Setting::Homing);
-    let zero = if has_home { origin } else { [0.0; 3] };
+    let begin = if has_home { origin } else { [0.0; 3] };
     if has_home {
         let places = origin.map(Coordinate::from_mm);
         if places.contains(&None) {
@@ -125,6 +165,8 @@ fn check(job: &Job, machine: &Machine) -> io::Result<Checked> {
     }
     checker.draw();
     let mut report = read_through(&mut *checker, &job.name, &job.text[..], |_| {})?;
+    // A program may set its zero itself, such as by G92 behind $H.
+    let zero = checker.zero();
     report.count_from(zero);
     let mut scene = Vec::with_capacity(checker.path().moves().len() * MOVE_BYTES);
     for one in checker.path().moves() {
@@ -134,7 +176,9 @@ fn check(job: &Job, machine: &Machine) -> io::Result<Checked> {
         }
         one.write(&mut scene);
     }
-    let json = serde_json::to_string(&report.json()).unwrap_or_default();
+    let mut json = serde_json::to_value(report.json()).unwrap_or_default();
+    json["zero_moved"] = json!([0, 1, 2].map(|axis: usize| zero[axis] - begin[axis]));
+    let json = json.to_string();
     Ok(Checked {
         scene,
         json,
@@ -310,6 +354,47 @@ mod tests {
         assert!(check_of(&inside)["errors"].as_array().unwrap().is_empty());
         let outside = look("G0X150\n", settings, [-100.0, -100.0, -10.0]);
         assert_eq!(check_of(&outside)["errors"][0]["line"], 1);
+    }
+
+    #[test]
+    fn a_job_that_sets_its_zero_is_told_in_its_own_coordinates() {
+        // G92 says that machine position 0 is X10: zero is at -10.
+        for (settings, origin) in [("", [0.0; 3]), ("$22=1\n$130=200\n", [-50.0, 0.0, 0.0])] {
+            let found = look("G53G0X0\nG92X10\nG1X5F300\n", settings, origin);
+            let checked = check_of(&found);
+            let x = &checked["extents"]["x"];
+            assert_eq!([&x["min"], &x["max"]], [5.0, 10.0], "{checked}");
+            assert_eq!(checked["zero_moved"][0], -10.0 - origin[0], "{checked}");
+            assert_eq!(checked["zero_moved"][2], 0.0, "{checked}");
+        }
+    }
+
+    #[test]
+    fn a_drill_file_is_taken_as_a_job_or_refused_with_what_the_machine_lacks() {
+        let holes = "M48\nMETRIC\nT1C0.8\n%\nT1\nX1.0Y2.0\nX5.0Y2.0\nM30\n";
+        let file = "[tool_change]\n[drill]\ndepth_mm = -1.8\nfeed_mm_min = 120\n";
+        let found = look_for(file, holes, "", [0.0; 3]);
+        let Finding::Taken(json) = &found[0] else {
+            panic!("{found:?}")
+        };
+        let taken: serde_json::Value = serde_json::from_str(json).unwrap();
+        let text = taken["text"].as_str().unwrap();
+        assert!(text.contains("Z-1.8"), "{text}");
+        let lines = text.lines().count() as u64;
+        assert!(taken["notes"][0].as_str().unwrap().contains("Excellon"));
+        let checked = check_of(&found[1..]);
+        assert_eq!(
+            (&checked["lines"], &checked["error_count"]),
+            (&lines.into(), &0.into())
+        );
+        let found = look(holes, "", [0.0; 3]);
+        let [Finding::Taken(json)] = &found[..] else {
+            panic!("{found:?}")
+        };
+        assert!(
+            json.contains("refused") && json.contains("depth_mm"),
+            "{json}"
+        );
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! Texts about a job, for people.
 
 use crate::life::{End, Wait};
-use crate::machine::Machine;
 use crate::time::Time;
+use leadscrew_sim::profile::Profile;
 
 /// A job's name without its folders, for a picture.
 pub fn title(file: &str) -> String {
@@ -13,9 +13,9 @@ pub fn title(file: &str) -> String {
     )
 }
 
-/// What the tool of a machine does to the material.
-pub fn work(machine: &Machine) -> &'static str {
-    match machine.tooling().extruder {
+/// What the tool of the machine of a file does to the material.
+pub fn work(file: &Profile) -> &'static str {
+    match file.tooling().extruder {
         Some(_) => "extruded",
         None => "cut",
     }

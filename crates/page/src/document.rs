@@ -80,6 +80,8 @@ pub struct Playback<'a> {
     pub title: &'a str,
     /// One line of figures.
     pub summary: &'a str,
+    /// What the tool does to the material: `cut` or `extruded`.
+    pub work: &'a str,
     /// Whether `power` of the moves is a laser's power.
     pub is_laser: bool,
     /// The moves, [`Drawn`](leadscrew_sim::scene::Drawn)s; the first is where the path begins.
@@ -97,6 +99,7 @@ impl Playback<'_> {
         let facts = json!({
             "title": self.title,
             "summary": self.summary,
+            "work": self.work,
             "laser": self.is_laser,
             "letters": ["X", "Y", "Z"],
         });
@@ -200,6 +203,7 @@ mod tests {
         let job = Playback {
             title: "a </script> b",
             summary: "1 s",
+            work: "cut",
             is_laser: false,
             moves: &[0; 40],
             lengths: &[0; 8],

@@ -42,6 +42,8 @@ pub(crate) enum Tag {
     Progress = 10,
     /// All settings, as JSON.
     Settings = 11,
+    /// The G-code that was made of a dropped file of another machine, or why there is none, as JSON.
+    Taken = 12,
 }
 
 /// Makes a frame of a tag and its content.
@@ -71,6 +73,7 @@ pub(crate) fn moves(first: u32, bytes: &[u8]) -> Vec<u8> {
 /// Makes the frame for a finding about a job.
 pub fn finding(finding: &Finding) -> Vec<u8> {
     match finding {
+        Finding::Taken(json) => frame(Tag::Taken, json.as_bytes()),
         Finding::Scene(moves) => scene(moves),
         Finding::Check(json) => frame(Tag::Check, json.as_bytes()),
         Finding::Profile(json) => frame(Tag::Profile, json.as_bytes()),

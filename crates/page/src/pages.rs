@@ -15,7 +15,7 @@ use crate::frames::{self, frame, Progress, Said, Tag};
 use crate::key::Key;
 use crate::outlet::Outlet;
 use crate::trail::Trail;
-use leadscrew_jobs::{faults, Finding, Job};
+use leadscrew_jobs::{faults, work, Finding, Job};
 use leadscrew_sim::powered::Snapshot;
 use leadscrew_sim::profile::Profile;
 use leadscrew_sim::scene::MOVE_BYTES;
@@ -397,6 +397,7 @@ pub fn hello(profile: &Profile, channel: Option<usize>) -> Value {
         "second": second,
         "receive_buffer": profile.receive_buffer(),
         "channel": channel,
+        "work": work(profile),
         "faults": faults(),
     })
 }

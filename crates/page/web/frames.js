@@ -2,7 +2,7 @@
 // The frames between page and machine: the first byte says what the rest is.
 
 /** What the machine sends. */
-export const FROM = {WIRE: 1, STATE: 2, MOVES: 3, HELLO: 4, ROLE: 5, NOTE: 6, SCENE: 7, CHECK: 8, PROFILE: 9, PROGRESS: 10, SETTINGS: 11};
+export const FROM = {WIRE: 1, STATE: 2, MOVES: 3, HELLO: 4, ROLE: 5, NOTE: 6, SCENE: 7, CHECK: 8, PROFILE: 9, PROGRESS: 10, SETTINGS: 11, TAKEN: 12};
 /** What the page sends. */
 export const TO = {WIRE: 1, KEY: 2, JOB: 3, CLEAR: 4};
 

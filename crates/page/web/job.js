@@ -26,6 +26,7 @@ import {Path} from "scene";
  * @property {number} travel_mm
  * @property {number[]} tools
  * @property {number[]} pauses
+ * @property {number[]} zero_moved how far the job itself moves its zero, mm
  */
 /**
  * What `leadscrew profile --json` says.
@@ -45,6 +46,10 @@ export class Job {
   /** @type {string[]} */
   lines = [];
   text = "";
+  /** What the tool does: `cut` or `extruded`. */
+  work = "cut";
+  /** How the file was taken, if it is not G-code. @type {string[]} */
+  notes = [];
   path = new Path(Infinity);
   /** @type {Check | null} */
   checked = null;
@@ -60,10 +65,12 @@ export class Job {
   /**
    * @param {string} name
    * @param {string} text
+   * @param {string[]} [notes]
    */
-  load(name, text) {
+  load(name, text, notes = []) {
     this.name = name;
     this.text = text;
+    this.notes = notes;
     this.lines = text.replace(/\r\n?/g, "\n").replace(/\n$/, "").split("\n");
     this.path.clear(0);
     this.forget();
@@ -123,7 +130,7 @@ export class Job {
     this.checked = check;
     const size = Object.entries(check.extents ?? {}).map(([axis, {min, max}]) => `${axis.toUpperCase()} ${round(min)} … ${round(max)}`);
     const plural = (/** @type {number} */ count, /** @type {string} */ word) => `${count} ${word}${count === 1 ? "" : "s"}`;
-    const facts = [plural(check.lines, "line"), `${round(check.cut_mm)} mm cut`, `${round(check.travel_mm)} mm travel`, ...size];
+    const facts = [plural(check.lines, "line"), `${round(check.cut_mm)} mm ${this.work}`, `${round(check.travel_mm)} mm travel`, ...size];
     if (check.tools.length) facts.push(`tools ${check.tools.join(", ")}`);
     if (check.pauses.length) facts.push(plural(check.pauses.length, "pause"));
     say(by("job-facts"), facts.join(" · "));
@@ -131,12 +138,13 @@ export class Job {
     /** @type {Map<number, "error" | "warning">} */
     const marks = new Map();
     const list = [];
+    const notes = this.notes.map((text) => make("li", {class: "note", text}));
     for (const [kind, all] of /** @type {["error" | "warning", Finding[]][]} */ ([["warning", check.warnings], ["error", check.errors]])) {
       for (const one of all) marks.set(one.line, kind);
       list.unshift(...grouped(all).map(({one, more}) => make("li", {}, [
         make("button", {class: kind, text: `Line ${one.line}: ${one.message}${more ? `, and ${more} more` : ""}`, onclick: () => show(one.line)})])));
     }
-    by("findings").replaceChildren(...list);
+    by("findings").replaceChildren(...notes, ...list);
     return marks;
   }
 

@@ -24,6 +24,7 @@ const KEYS = {ArrowLeft: "X-", ArrowRight: "X+", ArrowUp: "Y+", ArrowDown: "Y-",
 
 export class Jog {
   #step = /** @type {HTMLSelectElement} */ (by("jog-step"));
+  #own = /** @type {HTMLInputElement} */ (by("jog-mm"));
   #feed = /** @type {HTMLInputElement} */ (by("jog-feed"));
   #keys = /** @type {HTMLInputElement} */ (by("jog-keys"));
   #held = "";
@@ -31,6 +32,7 @@ export class Jog {
   /** @param {Hands} hands */
   constructor(hands) {
     this.hands = hands;
+    this.#step.addEventListener("change", () => (by("jog-own").hidden = this.#step.value !== "own"));
     document.addEventListener("keydown", (event) => this.#key(event, true));
     document.addEventListener("keyup", (event) => this.#key(event, false));
     window.addEventListener("blur", () => this.release());
@@ -65,7 +67,8 @@ export class Jog {
     const sign = way[1] === "+" ? 1 : -1;
     const feed = Math.max(Number(this.#feed.value) || 100, 1);
     if (this.#step.value !== "hold") {
-      this.hands.say(`$J=G91G21${way[0]}${sign * Number(this.#step.value)}F${feed}`);
+      const step = Number(this.#step.value === "own" ? this.#own.value : this.#step.value);
+      if (step > 0) this.hands.say(`$J=G91G21${way[0]}${sign * step}F${feed}`);
       return;
     }
     this.#held = way;

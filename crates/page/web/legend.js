@@ -23,10 +23,11 @@ export function mark(background, name, cls = "") {
  * The marks of a path's colours and tools.
  * @param {Path} path
  * @param {boolean} isLaser
+ * @param {string} work what the tool does: `cut` or `extruded`
  */
-export function marksOf(path, isLaser) {
+export function marksOf(path, isLaser, work) {
   const ink = inkNow();
-  const cut = isLaser ? mark(ramp([ink.powerOff, ink.powerFull]), "laser: off to full power", "ramp") : mark(ramp(DEPTH), heights(path), "ramp");
+  const cut = isLaser ? mark(ramp([ink.powerOff, ink.powerFull]), "laser: off to full power", "ramp") : mark(ramp(DEPTH), `${work}: ${heights(path)}`, "ramp");
   const tools = isLaser ? [] : [...path.tools].sort((a, b) => b - a);
   return [cut, ...tools.map((mm) => make("span", {text: `tool ${mm} mm`})), mark(css(ink.travel), "travel")];
 }
@@ -34,6 +35,6 @@ export function marksOf(path, isLaser) {
 /** The heights of the cuts. @param {Path} path */
 function heights({depth}) {
   const words = (/** @type {number} */ z) => String(Math.round(z * 100) / 100);
-  if (!depth) return "cut: shallow to deep";
-  return depth[0] < depth[1] ? `cut: Z ${words(depth[1])} to Z ${words(depth[0])}` : `cut: Z ${words(depth[0])}`;
+  if (!depth) return "shallow to deep";
+  return depth[0] < depth[1] ? `Z ${words(depth[1])} to Z ${words(depth[0])}` : `Z ${words(depth[0])}`;
 }

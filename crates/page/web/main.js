@@ -53,6 +53,8 @@ let hasRun = false;
 let shownLast = "";
 /** Work zero and settings with which the job was checked. */
 let checkedAt = "";
+/** Work zero with which the job was checked. @type {number[]} */
+let checkedZero = [];
 
 const view = new View(by("view"), () => markView());
 const sender = new Sender({send: (text) => link.send(TO.WIRE, text), answered});
@@ -81,8 +83,11 @@ const frames = {
   },
   [FROM.CHECK]: (bytes) => {
     program.mark(job.note(json(bytes), (line) => program.show(line)));
+    show();
+    if (!isBusy()) view.fit();
     enable();
   },
+  [FROM.TAKEN]: (bytes) => take(json(bytes)),
   [FROM.PROFILE]: (bytes) => job.time(json(bytes)),
   [FROM.PROGRESS]: (bytes) => job.timing(text(bytes)),
   [FROM.SETTINGS]: (bytes) => {
@@ -120,6 +125,7 @@ function opened(isOpen, why) {
 /** @param {Hello} now */
 function greet(now) {
   hello = now;
+  job.work = now.work;
   say(by("machine-name"), now.name ? `leadscrew · ${now.name}` : "leadscrew");
   document.title = now.name ? `${now.name} · leadscrew` : "leadscrew";
   job.stop("a restart of the machine");
@@ -169,13 +175,27 @@ function wire(bytes) {
       if (isOwn) sender.reset();
       jobLines.clear();
     }
-    if (!line.startsWith("<") && (line !== "ok" || !isOwn) && (isOwn || line !== "ok")) log.add(line, /^(error|ALARM)/.test(line) ? "bad" : "heard");
+    if (!line.startsWith("<") && line !== "ok" && isFirst(channel, line)) log.add(line, /^(error|ALARM)/.test(line) ? "bad" : "heard");
     if (line.startsWith("ALARM:")) {
       // If it is no matter of motion, the machine had come to the oldest line without an answer.
       job.stop(line, Number(line.slice(6)) > 3 ? sender.oldest?.job : undefined);
       sender.stop();
     }
   });
+}
+
+/** How long the lines of a message on several channels may be apart, ms. */
+const SPREAD = 1000;
+/** The channel that brought a line first, and when, ms. @type {Map<string, {channel: number, at: number}>} */
+const told = new Map();
+
+/** Whether no other channel has just brought this line: the machine says a message on each. @param {number} channel @param {string} line */
+function isFirst(channel, line) {
+  const [before, at] = [told.get(line), performance.now()];
+  if (before && before.channel !== channel && at - before.at < SPREAD) return false;
+  if (told.size > 1000) told.clear();
+  told.set(line, {channel, at});
+  return true;
 }
 
 /** @type {Map<string, LineReader>} */
@@ -312,15 +332,21 @@ function conditions() {
   return `${state?.offset.join()} ${settings.edition}`;
 }
 
+/** Where the job has its own zero, machine coordinates. */
+function zeroOfJob() {
+  const moved = job.checked?.zero_moved ?? [];
+  return [0, 1, 2].map((axis) => (checkedZero[axis] ?? state?.offset[axis] ?? 0) + (moved[axis] ?? 0));
+}
+
 /** Draws the picture where something has changed. */
 function show() {
   if (!state) return;
   const {done, position, offset, power, spindle, moves} = state;
-  const now = JSON.stringify([done, position, offset, spindle && power, moves, trace.edition, job.path.edition, settings.travel, settings.isLaser, showsTravels, hasRun, document.documentElement.dataset.theme]);
+  const now = JSON.stringify([done, position, offset, zeroOfJob(), spindle && power, moves, trace.edition, job.path.edition, settings.travel, settings.isLaser, showsTravels, hasRun, document.documentElement.dataset.theme]);
   if (now === shownLast) return;
   shownLast = now;
   view.shown = {
-    job: job.path, trace, done: state.done, position: state.position, offset: state.offset, travel: settings.travel,
+    job: job.path, trace, done: state.done, position: state.position, offset: state.offset, zero: zeroOfJob(), travel: settings.travel,
     softLimits: settings.hasSoftLimits, laser: settings.isLaser, power: state.spindle ? state.power : 0,
     running: hasRun, travels: showsTravels,
   };
@@ -355,7 +381,26 @@ async function open(file) {
 
 /** Refuses a job that is too large for a page. @param {string} name @param {string} size */
 function refuse(name, size) {
-  const words = `${name} has ${size}. A page takes ${LARGEST / 1e6} MB and ${LONGEST / 1e6} million lines at most: check it with \`leadscrew check\`, and send it with a sender.`;
+  discard(`${name} has ${size}. A page takes ${LARGEST / 1e6} MB and ${LONGEST / 1e6} million lines at most: check it with \`leadscrew check\`, and send it with a sender.`);
+}
+
+/**
+ * Takes the G-code that was made of a dropped file of another machine.
+ * @param {{text: string, notes: string[]} | {refused: string}} made
+ */
+function take(made) {
+  // It was dropped on another page.
+  if (!job.text) return;
+  if ("refused" in made) return discard(made.refused);
+  job.load(job.name, made.text, made.notes);
+  program.load(job.lines);
+  say(by("job-facts"), "checking …");
+  job.enter({at: "dropped"});
+  for (const note of made.notes) log.add(note, "note");
+}
+
+/** Discards the job; says why. @param {string} words */
+function discard(words) {
   job.load("", "");
   program.load([]);
   job.lines = [];
@@ -385,6 +430,7 @@ function check() {
   job.path.clear(0);
   drawLegend();
   checkedAt = conditions();
+  checkedZero = state?.offset ?? [];
   say(by("job-facts"), "checking …");
   if (job.life.at !== "done" && job.life.at !== "stopped") job.enter({at: "dropped"});
   link.send(TO.JOB, `${job.name}\n${job.text}`);
@@ -419,7 +465,7 @@ function reset() {
 
 function drawLegend() {
   const limits = settings.hasSoftLimits ? "soft limits" : "travel of the axes (soft limits off)";
-  by("legend").replaceChildren(...marksOf(job.path, settings.isLaser), mark("var(--carriage)", "carriage"), mark("var(--box)", limits), make("span", {text: "pale: ahead"}));
+  by("legend").replaceChildren(...marksOf(job.path, settings.isLaser, job.work), mark("var(--carriage)", "carriage"), mark("var(--box)", limits), make("span", {text: "pale: ahead"}));
 }
 
 /** @param {"top" | "3d" | "front"} [name] */

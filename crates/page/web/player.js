@@ -9,7 +9,7 @@ import {View} from "view";
 
 /**
  * What is known of the job beside its moves.
- * @typedef {{title: string, summary: string, laser: boolean, letters: string[]}} Facts
+ * @typedef {{title: string, summary: string, work: string, laser: boolean, letters: string[]}} Facts
  */
 
 /** @type {Facts} */
@@ -51,7 +51,7 @@ function show(seconds) {
   const position = [from.x + (to.x - from.x) * part, from.y + (to.y - from.y) * part, from.z + (to.z - from.z) * part];
   const isCut = to.kind === 1 && !isOver;
   view.shown = {
-    job: path, trace: path, done: isOver ? path.count : move, position, offset: [0, 0, 0], travel: [0, 0, 0], softLimits: true,
+    job: path, trace: path, done: isOver ? path.count : move, position, offset: [0, 0, 0], zero: [0, 0, 0], travel: [0, 0, 0], softLimits: true,
     laser: facts.laser, power: facts.laser && isCut ? to.power : 0, running: true, travels: showsTravels,
   };
   view.touch();
@@ -123,7 +123,7 @@ function look(name) {
 }
 
 function drawLegend() {
-  by("legend").replaceChildren(...marksOf(path, facts.laser), mark("var(--carriage)", "tool now"), make("span", {text: "pale: still to come"}));
+  by("legend").replaceChildren(...marksOf(path, facts.laser, facts.work), mark("var(--carriage)", "tool now"), make("span", {text: "pale: still to come"}));
 }
 
 function begin() {

@@ -35,6 +35,7 @@
  * @property {number} receive_buffer bytes
  * @property {boolean} normally_closed
  * @property {number} channel the page's own
+ * @property {string} work what the tool does: `cut` or `extruded`
  * @property {Record<string, [string, string]>} faults for `error:20` and `ALARM:1`: the event, and the remedy
  */
 

@@ -17,6 +17,7 @@ import {Strokes} from "strokes";
  * @property {number} done moves of the trace that have begun
  * @property {number[]} position of the carriage, machine coordinates
  * @property {number[]} offset of work zero
+ * @property {number[]} zero where the job has its own zero, machine coordinates
  * @property {number[]} travel of the axes; they go from -travel to 0
  * @property {boolean} softLimits
  * @property {boolean} laser
@@ -81,7 +82,7 @@ export class View {
   fit() {
     const shown = this.shown;
     if (!shown) return;
-    const boxes = [shown.job.box && shifted(shown.job.box, shown.offset), shown.running || !shown.job.box ? shown.trace.box : null];
+    const boxes = [shown.job.box && shifted(shown.job.box, shown.zero), shown.running || !shown.job.box ? shown.trace.box : null];
     /** @type {Box | null} */
     let all = null;
     for (const box of boxes) {
@@ -173,16 +174,16 @@ export class View {
     const common = {laser: shown.laser, travels: shown.travels, ink};
     const hasJob = shown.job.count > 1;
     /** @type {[number, number]} */
-    const inMachine = hasJob ? [depth[0] + shown.offset[2], depth[1] + shown.offset[2]] : range(shown.trace.depth ?? [0, 0]);
+    const inMachine = hasJob ? [depth[0] + shown.zero[2], depth[1] + shown.zero[2]] : range(shown.trace.depth ?? [0, 0]);
     const style = {...common, offset: [0, 0, 0], depth: inMachine};
     const {camera} = this;
     const scene = JSON.stringify([camera, common, inMachine]);
     const isBegun = hasJob && shown.running;
-    const ahead = scene + JSON.stringify([shown.offset, isBegun, shown.job.edition, shown.job.count, hasJob ? 0 : [shown.done, shown.trace.count]]);
+    const ahead = scene + JSON.stringify([shown.zero, isBegun, shown.job.edition, shown.job.count, hasJob ? 0 : [shown.done, shown.trace.count]]);
     if (ahead !== this.#aheadDrawn) {
       this.#aheadDrawn = ahead;
       this.strokes.ahead.begin(camera, density(), true);
-      if (hasJob) this.strokes.ahead.draw(shown.job, {...common, offset: shown.offset, alpha: isBegun ? 0.28 : 1, depth});
+      if (hasJob) this.strokes.ahead.draw(shown.job, {...common, offset: shown.zero, alpha: isBegun ? 0.28 : 1, depth});
       else this.strokes.ahead.draw(shown.trace, {...style, alpha: 0.28}, undefined, shown.done - 1);
     }
     const behind = `${scene} ${shown.trace.edition} ${shown.trace.first}`;
@@ -293,7 +294,8 @@ export class View {
     });
     pen.textAlign = "left";
     pen.fillStyle = colour("--soft");
-    pen.fillText(name, zero[0] + 6, zero[1] + 15);
+    // Seen aslant, the arm of X ends close below zero.
+    pen.fillText(name, zero[0] + 6, zero[1] + (this.camera.isFromAbove ? 15 : 30));
   }
 
   /**

@@ -7,12 +7,11 @@ use super::output::{read, shown, write};
 use super::OutputArgs;
 use clap::{Args, ValueEnum};
 use leadscrew_files::is_stdout;
-use leadscrew_import::drill::{jobs, DrillJob, Mirror, Options, Speeds};
+use leadscrew_import::drill::{jobs, DrillJob, Mirror, Options};
 use leadscrew_import::excellon::{self, Digits, Known, Units, Zeros};
-use leadscrew_import::{Faults, Job, Mm};
-use leadscrew_jobs::Machine;
-use leadscrew_machine::settings::table::{AxisSetting, Setting};
-use leadscrew_sim::profile::{DrillTable, Place, Positive};
+use leadscrew_import::Mm;
+use leadscrew_jobs::{board_options, board_speeds};
+use leadscrew_sim::profile::DrillTable;
 use std::path::{Path, PathBuf};
 
 /// Options of `import drill`. Lengths are mm, feeds mm/min.
@@ -134,7 +133,7 @@ pub(super) fn run(args: &DrillArgs) -> Result<bool, Unusable> {
             notes.for_each(|note| aside(format!("note: {}: {note}", leadscrew_files::shown(name))));
         }
     }
-    let jobs = jobs(&drawings, &options, &speeds(&machine)).map_err(unusable)?;
+    let jobs = jobs(&drawings, &options, &board_speeds(&machine)).map_err(unusable)?;
     let path = &args.output.output;
     if args.tools == ToolsArg::Files && is_stdout(path) {
         return Err(unusable("--tools files needs -o JOB.nc"));
@@ -145,28 +144,6 @@ pub(super) fn run(args: &DrillArgs) -> Result<bool, Unusable> {
         write(&job, &path, &inputs, &args.output)?;
     }
     Ok(true)
-}
-
-/// The one job of a file, with M6 between its tools.
-///
-/// # Errors
-/// What `faulty` makes of the faults in the file; or the machine file has no depth or feed.
-pub(super) fn one(
-    text: &str,
-    args: &DrillArgs,
-    machine: &Machine,
-    faulty: impl Fn(Faults) -> Unusable,
-) -> Result<Job, Unusable> {
-    let options = options(args, &machine.file.drill)?;
-    let drawing = excellon::read(text, &known(args)).map_err(faulty)?;
-    let notes = drawing.notes.clone();
-    let made = jobs(&[drawing], &options, &speeds(machine)).map_err(unusable)?;
-    let job = made.into_iter().next().map(|one| one.job);
-    let job = job.unwrap_or_default();
-    Ok(Job {
-        notes: notes.into_iter().chain(job.notes).collect(),
-        lines: job.lines,
-    })
 }
 
 /// The name of the file for one bit: `JOB.nc` becomes `JOB-T2.nc` for bit 2.
@@ -192,32 +169,16 @@ fn known(args: &DrillArgs) -> Known {
     }
 }
 
-/// Z between holes where neither an option nor the machine file gives it.
-const CLEARANCE: Mm = Mm::from_nanos(2_000_000_000);
-
 /// The options. The machine file gives the values that the command line leaves out.
 ///
 /// # Errors
 /// Neither the command line nor the machine file gives a depth or a feed.
 fn options(args: &DrillArgs, file: &DrillTable) -> Result<Options, Unusable> {
-    let mm = |mm: f64| Mm::from_nanos((mm * 1e9).round() as i64);
-    let place = |option: Option<Mm>, file: Option<Place>| option.or(file.map(|of| mm(of.mm())));
-    let positive =
-        |option: Option<Mm>, file: Option<Positive>| option.or(file.map(|of| mm(of.get())));
-    let needed = |option: Option<Mm>, name: &str, key: &str| {
-        let said = format!("expected {name}, or `{key}` in [drill] of the machine file");
-        option.ok_or_else(|| unusable(said))
-    };
+    let by_file = board_options(file, args.depth, args.feed).map_err(unusable)?;
     Ok(Options {
-        depth: needed(place(args.depth, file.depth_mm), "--depth", "depth_mm")?,
-        clearance: place(args.clearance, file.clearance_mm).unwrap_or(CLEARANCE),
-        feed: needed(
-            positive(args.feed, file.feed_mm_min),
-            "--feed",
-            "feed_mm_min",
-        )?,
-        mill_feed: positive(args.mill_feed, file.mill_feed_mm_min),
-        peck: positive(args.peck, file.peck_mm),
+        clearance: args.clearance.unwrap_or(by_file.clearance),
+        mill_feed: args.mill_feed.or(by_file.mill_feed),
+        peck: args.peck.or(by_file.peck),
         tool_feeds: args.tool_feeds,
         spindle: args.spindle,
         mirror: args.mirror.map(|axis| match axis {
@@ -229,17 +190,6 @@ fn options(args: &DrillArgs, file: &DrillTable) -> Result<Options, Unusable> {
         mills_slots: args.slots == SlotsArg::Mill,
         job_a_bit: args.tools == ToolsArg::Files,
         cycles: args.cycles,
+        ..by_file
     })
-}
-
-fn speeds(machine: &Machine) -> Speeds {
-    let of = |setting| {
-        let all = machine.of_axes(setting);
-        [all[0], all[1], all[2]]
-    };
-    Speeds {
-        rates: of(AxisSetting::MaxRate),
-        accelerations: of(AxisSetting::Acceleration),
-        spindle: machine.settings.value(Setting::MaxSpeed).nanos() as f64 / 1e9,
-    }
 }

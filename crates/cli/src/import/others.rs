@@ -93,12 +93,12 @@ fn home(text: &str) -> Result<[Mm; 3], String> {
 
 /// Imports RP code.
 pub(super) fn rp(args: &RpArgs) -> Result<bool, Unusable> {
-    convert(&args.file, &args.output, |text| rp_job(text, args))
+    let options = rp_options(args);
+    convert(&args.file, &args.output, |text| rp::job(text, &options))
 }
 
-/// The job of RP code.
-pub(super) fn rp_job(text: &str, args: &RpArgs) -> Result<Job, Faults> {
-    let options = rp::Options {
+fn rp_options(args: &RpArgs) -> rp::Options {
+    rp::Options {
         feed: args.feed,
         lift: args.lift,
         on: args.on.clone(),
@@ -106,37 +106,30 @@ pub(super) fn rp_job(text: &str, args: &RpArgs) -> Result<Job, Faults> {
         is_incremental: args.incremental,
         nozzle: args.nozzle,
         bed: args.bed,
-    };
-    rp::job(text, &options)
+    }
 }
 
 /// Imports an engraver's rows.
 pub(super) fn rows(args: &RowsArgs) -> Result<bool, Unusable> {
-    convert(&args.file, &args.output, |text| rows_job(text, args))
+    let options = rows_options(args);
+    convert(&args.file, &args.output, |text| rows::job(text, &options))
 }
 
-/// The job of an engraver's rows.
-pub(super) fn rows_job(text: &str, args: &RowsArgs) -> Result<Job, Faults> {
-    let options = rows::Options {
+fn rows_options(args: &RowsArgs) -> rows::Options {
+    rows::Options {
         scale: args.scale,
         feed: args.feed,
         plunge: args.plunge,
         lift: args.lift,
         spindle: args.spindle,
         has_switches: args.switches,
-    };
-    rows::job(text, &options)
+    }
 }
 
 /// Imports a printer's file.
 pub(super) fn print(args: &PrintArgs) -> Result<bool, Unusable> {
-    convert(&args.file, &args.output, |text| print_job(text, args))
-}
-
-/// The job of a printer's file.
-pub(super) fn print_job(text: &str, args: &PrintArgs) -> Result<Job, Faults> {
     let options = print::Options { home: args.home };
-    print::job(text, &options)
+    convert(&args.file, &args.output, |text| print::job(text, &options))
 }
 
 fn convert(
@@ -150,4 +143,27 @@ fn convert(
     };
     write(&job, &output.output, &[name], output)?;
     Ok(true)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Defaults<T: Args> {
+        #[command(flatten)]
+        of: T,
+    }
+
+    fn defaults<T: Args>() -> T {
+        Defaults::<T>::parse_from(["import", "-"]).of
+    }
+
+    #[test]
+    fn a_file_that_is_taken_as_it_is_has_the_options_of_the_command() {
+        assert_eq!(rp_options(&defaults()), rp::Options::default());
+        assert_eq!(rows_options(&defaults()), rows::Options::default());
+        assert_eq!(defaults::<PrintArgs>().home, print::Options::default().home);
+    }
 }

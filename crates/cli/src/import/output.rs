@@ -5,6 +5,7 @@ use super::super::{input, unusable, Unusable};
 use super::OutputArgs;
 use leadscrew_files::{is_input, is_stdout, read_all, Output};
 use leadscrew_import::{Faults, Job};
+use leadscrew_jobs::unix_lines;
 use std::io::Write;
 use std::path::Path;
 
@@ -20,14 +21,7 @@ pub(in super::super) fn read(name: &Path) -> Result<String, Unusable> {
     let job = input::open(name).map_err(unusable)?;
     let bytes = read_all(job.text, LONGEST)
         .map_err(|error| unusable(format!("{}: cannot be read: {error}", job.name)))?;
-    Ok(lines(&bytes))
-}
-
-/// The text of a file, with all lines ended by LF and without a byte order mark.
-pub(super) fn lines(bytes: &[u8]) -> String {
-    let text = String::from_utf8_lossy(bytes);
-    let text = text.trim_start_matches('\u{FEFF}');
-    text.replace("\r\n", "\n").replace('\r', "\n")
+    Ok(unix_lines(&bytes))
 }
 
 /// The value that a reader returned. If it returned faults instead, prints them and returns `None`.

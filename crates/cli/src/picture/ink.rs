@@ -20,6 +20,11 @@ pub(super) fn travel() -> String {
     hex(TRAVEL)
 }
 
+/// The colour of the box of the axes' travel.
+pub(super) fn travel_box() -> &'static str {
+    "#7a8794"
+}
+
 /// The colour of a laser at `share` of full power, 0 to 1.
 pub(super) fn power(share: f64) -> String {
     hex(mixed(POWER_OFF, POWER_FULL, share))

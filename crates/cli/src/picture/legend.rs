@@ -32,6 +32,11 @@ pub(super) fn draw(plot: &Plot<'_>, top: f64) -> (Group, f64) {
     rows.add(34.0, travel, |[x, y]| {
         line([x, y], [x + 34.0, y], &ink::travel()).set("stroke-dasharray", "4 3")
     });
+    if plot.shows_travel() {
+        rows.add(34.0, "travel of the axes", |[x, y]| {
+            line([x, y], [x + 34.0, y], ink::travel_box()).set("stroke-width", 2)
+        });
+    }
     let [start, end] = plot.seen_ends();
     if start.is_some() {
         rows.add(12.0, "start", |[x, y]| start_mark((x + 6.0, y)));
@@ -93,17 +98,17 @@ fn depths(rows: &mut Rows, plot: &Plot<'_>) {
     if plot.passes.is_empty() && plot.has_cuts() {
         let ends = [top, bottom].map(millimetres);
         let name = match plot.builds_up() {
-            true => "layers at Z",
-            false => "cut at Z",
+            true => "layers at Z".to_owned(),
+            false => format!("{} at Z", plot.work),
         };
-        return scale(rows, plot, name, ends);
+        return scale(rows, plot, &name, ends);
     }
     for (number, z) in plot.passes.iter().enumerate() {
         let colour = plot.colour(plot.level_of(*z));
         let before = match (number, plot.builds_up()) {
-            (0, true) => "layer at Z ",
-            (0, false) => "cut at Z ",
-            (_, _) => "Z ",
+            (0, true) => "layer at Z ".to_owned(),
+            (0, false) => format!("{} at Z ", plot.work),
+            (_, _) => "Z ".to_owned(),
         };
         rows.add(SWATCH, &format!("{before}{}", millimetres(*z)), |[x, y]| {
             rectangle(x, y - 6.0, SWATCH, 12.0, &colour)

@@ -8,6 +8,7 @@ use super::line::Line;
 use super::page::{rectangle, Frame, INK, LEFT, MOST_HEIGHT, PLOT_WIDTH, TOP};
 use super::raster::Raster;
 use super::scale::{label, Scale};
+use super::svg::Caption;
 use super::window::{extent, is_aside, Window};
 use leadscrew_sim::scene::{Drawn, Hole, Toolpath, Way};
 use std::collections::{BTreeMap, BTreeSet};
@@ -52,6 +53,9 @@ pub(super) struct Plot<'a> {
     pub(super) leads_out: bool,
     /// The S value of a laser's full power; `None` where S is a spindle's speed.
     pub(super) full_power_s: Option<f64>,
+    /// What the tool does to the material.
+    pub(super) work: &'static str,
+    travel: Option<[f32; 2]>,
     /// The highest and the lowest Z of cuts, mm.
     pub(super) depth: [f32; 2],
     /// The heights of cuts at constant Z; empty where there are many.
@@ -62,11 +66,12 @@ pub(super) struct Plot<'a> {
 
 impl<'a> Plot<'a> {
     /// Makes a plot with the same scale, in pixels per millimetre, for X and Y.
-    pub(super) fn new(path: &'a Toolpath, full_power_s: Option<f64>) -> Self {
+    pub(super) fn new(path: &'a Toolpath, caption: &Caption) -> Self {
+        let full_power_s = caption.full_power_s;
         let is_laser = full_power_s.is_some();
         let room = if is_laser { 0.0 } else { widest(path) / 2.0 };
         let holes = path.holes();
-        let window = Window::onto(path, &holes);
+        let window = Window::onto(path, &holes, caption.travel);
         let [low, high] = [window.low, window.high].map(|corner| corner.map(f64::from));
         let span = [0, 1].map(|axis: usize| (high[axis] - low[axis]).max(1e-3) * 1.08 + 2.0 * room);
         let per_mm = (PLOT_WIDTH / span[0]).min(MOST_HEIGHT / span[1]);
@@ -84,6 +89,8 @@ impl<'a> Plot<'a> {
             per_mm,
             leads_out: window.path_leaves,
             full_power_s,
+            work: caption.work,
+            travel: caption.travel,
             depth: path.depths().unwrap_or_default(),
             passes: path.passes(PASSES),
             holes,
@@ -91,12 +98,12 @@ impl<'a> Plot<'a> {
         }
     }
 
-    /// The titles of the axes, with the extent of the cuts.
+    /// The titles of the axes, with the extent of the work.
     pub(super) fn titles(&self) -> [String; 2] {
         [("X mm", 0), ("Y mm", 1)].map(|(name, axis)| match extent(self.path, &self.holes, axis) {
             Some(ends) => {
                 let [low, high] = ends.map(|end| label((f64::from(end) * 100.0).round() / 100.0));
-                format!("{name} (cuts from {low} to {high})")
+                format!("{name} ({} from {low} to {high})", self.work)
             }
             None => name.to_owned(),
         })
@@ -315,9 +322,38 @@ impl<'a> Plot<'a> {
         places.map(|[x, y]| (across.contains(&x) && up.contains(&y)).then_some((x, y)))
     }
 
+    /// The box of the travel, if the picture contains an edge of it.
+    pub(super) fn travel_box(&self) -> Group {
+        let Some(travel) = self.travel.filter(|_| self.shows_travel()) else {
+            return Group::new();
+        };
+        let [[left, bottom], [right, top]] = [self.at(travel.map(|mm| -mm)), self.at([0.0; 2])];
+        let frame = rectangle(left, top, right - left, bottom - top, "none");
+        Group::new().add(
+            frame
+                .set("stroke", ink::travel_box())
+                .set("stroke-width", 2),
+        )
+    }
+
+    /// Whether the picture contains an edge of the box of the travel.
+    pub(super) fn shows_travel(&self) -> bool {
+        let Some(travel) = self.travel else {
+            return false;
+        };
+        let [[left, bottom], [right, top]] = [self.at(travel.map(|mm| -mm)), self.at([0.0; 2])];
+        let across = [LEFT, LEFT + PLOT_WIDTH];
+        let up = [self.frame.top, self.frame.bottom()];
+        let meets = |low: f64, high: f64, [from, to]: [f64; 2]| low <= to && high >= from;
+        let inside = |edge: f64, [from, to]: [f64; 2]| from <= edge && edge <= to;
+        let upright = [left, right].into_iter().any(|edge| inside(edge, across));
+        let level = [top, bottom].into_iter().any(|edge| inside(edge, up));
+        upright && meets(top, bottom, up) || level && meets(left, right, across)
+    }
+
     /// Cuts off lines that go beyond the picture.
     pub(super) fn clipped(&self, drawn: Group) -> Group {
-        if !self.leads_out {
+        if !self.leads_out && !self.shows_travel() {
             return drawn;
         }
         let Frame { top, height } = self.frame;

@@ -16,16 +16,20 @@ pub(crate) struct Caption {
     pub(crate) title: String,
     /// One line of figures: time, distance, lines.
     pub(crate) summary: String,
+    /// What the tool does to the material: `cut` or `extruded`.
+    pub(crate) work: &'static str,
     /// The S value of a laser's full power (`$30`), at the dark end of the scale; `None` where S is
     /// a spindle's speed.
     pub(crate) full_power_s: Option<f64>,
+    /// The travel of X and Y, mm, from -travel to 0; `None` if the path's place in it is not known.
+    pub(crate) travel: Option<[f32; 2]>,
 }
 
 const SPEED_HEIGHT: f64 = 150.0;
 
 /// Draws the picture of a job: the path of the tool, and its speed where that is known.
 pub(crate) fn draw(path: &Toolpath, stretches: &[Stretch], caption: &Caption) -> Document {
-    let plot = Plot::new(path, caption.full_power_s);
+    let plot = Plot::new(path, caption);
     let (legend, legend_bottom) = legend::draw(&plot, plot.frame.bottom() + AXIS_HEIGHT);
     let chart = (!stretches.is_empty()).then_some(Frame {
         top: legend_bottom + 14.0,
@@ -38,7 +42,10 @@ pub(crate) fn draw(path: &Toolpath, stretches: &[Stretch], caption: &Caption) ->
     if let Some(image) = plot.image() {
         document = document.add(image);
     }
-    let moves = Group::new().add(plot.strokes()).add(plot.arrows());
+    let moves = Group::new()
+        .add(plot.travel_box())
+        .add(plot.strokes())
+        .add(plot.arrows());
     let document = document
         .add(plot.clipped(moves))
         .add(plot.holes())
@@ -60,7 +67,9 @@ mod tests {
         let caption = Caption {
             title: "a < b & c".to_owned(),
             summary: "1 s".to_owned(),
+            work: "cut",
             full_power_s,
+            travel: None,
         };
         draw(path, &[], &caption).to_string()
     }
@@ -83,10 +92,39 @@ mod tests {
             "a &lt; b &amp; c",
             ">\ntravel\n<",
             "cut at Z -1",
-            "X mm (cuts from 0 to 20)",
+            "X mm (cut from 0 to 20)",
         ] {
             assert!(svg.contains(part), "{part}");
         }
+    }
+
+    #[test]
+    fn the_travel_is_a_box_in_the_picture_unless_the_work_would_be_small() {
+        let boxed = |travel| {
+            let mut path = Toolpath::new([-90.0, -80.0, 0.0], true);
+            path.go([-30.0, -80.0, -1.0], StrokeKind::cut(0.0));
+            path.go([-30.0, -40.0, -1.0], StrokeKind::cut(0.0));
+            let caption = Caption {
+                title: String::new(),
+                summary: String::new(),
+                work: "extruded",
+                full_power_s: None,
+                travel: Some([travel; 2]),
+            };
+            draw(&path, &[], &caption).to_string()
+        };
+        // 100 mm and a margin of 4 % on each side are 640 pixels high.
+        let side = (64_000.0_f64 / 1.08).round() / 100.0;
+        let near = boxed(100.0);
+        for part in [
+            "travel of the axes",
+            &format!("height=\"{side}\""),
+            "extruded at Z -1",
+            "X mm (extruded from -90 to -30)",
+        ] {
+            assert!(near.contains(part), "{part} in {near}");
+        }
+        assert!(!boxed(1000.0).contains("travel of the axes"));
     }
 
     #[test]

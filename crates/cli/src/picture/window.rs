@@ -20,9 +20,12 @@ pub(super) struct Window {
 }
 
 impl Window {
-    /// The part to show of a path that has these holes.
-    pub(super) fn onto(path: &Toolpath, holes: &[Hole]) -> Self {
-        let [low, high] = path.bounds();
+    /// The part to show of a path that has these holes, and of the travel of X and Y, -travel to 0.
+    pub(super) fn onto(path: &Toolpath, holes: &[Hole], travel: Option<[f32; 2]>) -> Self {
+        let [mut low, mut high] = path.bounds();
+        for (axis, travel) in travel.into_iter().flatten().enumerate() {
+            (low[axis], high[axis]) = (low[axis].min(-travel), high[axis].max(0.0));
+        }
         let whole = Self {
             low,
             high,
@@ -80,12 +83,12 @@ mod tests {
 
     #[test]
     fn the_way_to_the_work_is_shown_unless_the_work_would_be_a_dot() {
-        let near = Window::onto(&line_at(40.0), &[]);
+        let near = Window::onto(&line_at(40.0), &[], None);
         assert_eq!(
             (near.low[0], near.high[0], near.path_leaves),
             (0.0, 50.0, false)
         );
-        let far = Window::onto(&line_at(200.0), &[]);
+        let far = Window::onto(&line_at(200.0), &[], None);
         assert_eq!(
             (far.low[0], far.high[0], far.path_leaves),
             (198.0, 212.0, true)
@@ -102,7 +105,7 @@ mod tests {
         };
         let mut away = Toolpath::new([0.0; 3], true);
         away.go([90.0, 5.0, 0.0], StrokeKind::Travel);
-        let window = Window::onto(&away, &[hole]);
+        let window = Window::onto(&away, &[hole], None);
         assert_eq!((window.low, window.high), ([88.0, 3.0], [92.0, 7.0]));
         assert_eq!(extent(&path, &[hole], 0), Some([0.0, 90.0]));
     }

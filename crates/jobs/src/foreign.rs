@@ -1,0 +1,269 @@
+//! Files of other machines that are checked, timed and run as they are: the job that `leadscrew
+//! import` makes of them, with its defaults.
+
+use crate::machine::Machine;
+use leadscrew_import::drill::{jobs, Options as BoardOptions, Speeds};
+use leadscrew_import::excellon::{self, Known};
+use leadscrew_import::{print, rows, rp, Faults, Job as Made, Mm};
+use leadscrew_machine::settings::table::{AxisSetting, Setting};
+use leadscrew_sim::profile::{DrillTable, End};
+
+/// The kind of a file of another machine, as its first lines show it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Foreign {
+    /// Holes of a circuit board.
+    Drill,
+    /// RP code of an extruding prototyping machine.
+    Rp,
+    /// Rows of an engraver.
+    Rows,
+    /// A printer's file, as slicers write it for Marlin.
+    Print,
+}
+
+impl Foreign {
+    /// The kind of a file with these first bytes, 4096 at least unless it is shorter; `None` for
+    /// G-code.
+    pub fn of(head: &[u8]) -> Option<Self> {
+        kind(&String::from_utf8_lossy(head))
+    }
+
+    /// Makes the job of the file called `name` with this text, for a machine. Its notes say first
+    /// how the file was taken.
+    ///
+    /// # Errors
+    /// In words: what was not understood and where, or what the machine file lacks.
+    pub fn job(self, name: &str, bytes: &[u8], machine: &Machine) -> Result<Made, String> {
+        let text = unix_lines(bytes);
+        let faulty = |faults: Faults| faults.show(name, &text);
+        let home = home_of(machine);
+        let (what, command, made) = match self {
+            Self::Drill => ("an Excellon file", "drill", board(&text, machine, faulty)?),
+            Self::Rp => (
+                "RP code",
+                "rp",
+                rp::job(&text, &rp::Options::default()).map_err(faulty)?,
+            ),
+            Self::Rows => (
+                "an engraver's rows",
+                "rows",
+                rows::job(&text, &rows::Options::default()).map_err(faulty)?,
+            ),
+            Self::Print => (
+                "a slicer's file for a printer",
+                "print",
+                print::job(&text, &print::Options { home }).map_err(faulty)?,
+            ),
+        };
+        let at = home
+            .filter(|_| self == Self::Print)
+            .map(|[x, y, z]| format!(" --home {},{},{}", x.to_f64(), y.to_f64(), z.to_f64()));
+        let at = at.unwrap_or_default();
+        let taken = format!("{what}, taken as `leadscrew import {command}{at}` takes it");
+        Ok(Made {
+            notes: std::iter::once(taken).chain(made.notes).collect(),
+            ..made
+        })
+    }
+}
+
+/// The one job of a board, with M6 between its tools.
+fn board(text: &str, machine: &Machine, faulty: impl Fn(Faults) -> String) -> Result<Made, String> {
+    let options = board_options(&machine.file.drill, None, None)?;
+    let drawing = excellon::read(text, &Known::default()).map_err(faulty)?;
+    let notes = drawing.notes.clone();
+    let made = jobs(&[drawing], &options, &board_speeds(machine))?;
+    let job = made.into_iter().next().map(|one| one.job);
+    let job = job.unwrap_or_default();
+    Ok(Made {
+        notes: notes.into_iter().chain(job.notes).collect(),
+        lines: job.lines,
+    })
+}
+
+/// Z between holes where neither an option nor the machine file gives it.
+const CLEARANCE: Mm = Mm::from_nanos(2_000_000_000);
+
+/// How a board is drilled by the machine file; depth and feed may be told in its place.
+///
+/// # Errors
+/// In words, if a depth or a feed is neither told nor in the file.
+pub fn board_options(
+    file: &DrillTable,
+    depth: Option<Mm>,
+    feed: Option<Mm>,
+) -> Result<BoardOptions, String> {
+    let mm = |mm: f64| Mm::from_nanos((mm * 1e9).round() as i64);
+    let needed = |value: Option<Mm>, name: &str, key: &str| {
+        let said = format!("expected {name}, or `{key}` in [drill] of the machine file");
+        value.ok_or(said)
+    };
+    let depth = depth.or(file.depth_mm.map(|of| mm(of.mm())));
+    let feed = feed.or(file.feed_mm_min.map(|of| mm(of.get())));
+    Ok(BoardOptions {
+        depth: needed(depth, "--depth", "depth_mm")?,
+        clearance: file.clearance_mm.map_or(CLEARANCE, |of| mm(of.mm())),
+        feed: needed(feed, "--feed", "feed_mm_min")?,
+        mill_feed: file.mill_feed_mm_min.map(|of| mm(of.get())),
+        peck: file.peck_mm.map(|of| mm(of.get())),
+        tool_feeds: false,
+        spindle: None,
+        mirror: None,
+        from_corner: false,
+        bits: Vec::new(),
+        mills_slots: false,
+        job_a_bit: false,
+        cycles: false,
+    })
+}
+
+/// How fast a machine drills.
+pub fn board_speeds(machine: &Machine) -> Speeds {
+    let of = |setting| {
+        let all = machine.of_axes(setting);
+        [all[0], all[1], all[2]]
+    };
+    Speeds {
+        rates: of(AxisSetting::MaxRate),
+        accelerations: of(AxisSetting::Acceleration),
+        spindle: machine.settings.value(Setting::MaxSpeed).nanos() as f64 / 1e9,
+    }
+}
+
+/// Where the tool of a printer stands after homing, in its files' coordinates: their zero is at the
+/// home switches. `None` for a machine that does not home X, Y and Z at their low ends.
+fn home_of(machine: &Machine) -> Option<[Mm; 3]> {
+    let axes = &machine.file.axes;
+    let pull_off = Mm::from_nanos(machine.settings.value(Setting::HomingPullOff).nanos());
+    let place = |end: End| match end {
+        End::Low => Some(pull_off),
+        End::Zero | End::High => None,
+    };
+    let homes = machine.settings.is_on(Setting::Homing);
+    let places = [&axes.x, &axes.y, &axes.z].map(|axis| place(axis.home).filter(|_| homes));
+    let [Some(x), Some(y), Some(z)] = places else {
+        return None;
+    };
+    Some([x, y, z])
+}
+
+/// The text of a file, with all lines ended by LF and without a byte order mark.
+pub fn unix_lines(bytes: &[u8]) -> String {
+    let text = String::from_utf8_lossy(bytes);
+    let text = text.trim_start_matches('\u{FEFF}');
+    text.replace("\r\n", "\n").replace('\r', "\n")
+}
+
+/// The kind of a file that begins with `head`; `None` for G-code.
+fn kind(head: &str) -> Option<Foreign> {
+    let lines = head.lines().map(str::trim).filter(|line| !line.is_empty());
+    let lines: Vec<&str> = lines.collect();
+    let code = lines
+        .iter()
+        .find(|line| !line.starts_with([';', '%', '(']))
+        .copied()
+        .unwrap_or("");
+    if code
+        .get(..6)
+        .is_some_and(|begin| begin.eq_ignore_ascii_case("rpcode"))
+    {
+        Some(Foreign::Rp)
+    } else if code == "M48" || is_tool(code) {
+        Some(Foreign::Drill)
+    } else if names_columns(code) {
+        Some(Foreign::Rows)
+    } else if lines.iter().any(|line| is_slicers(line)) {
+        Some(Foreign::Print)
+    } else {
+        None
+    }
+}
+
+/// Whether a line describes a drill, such as `T1C0.8`.
+fn is_tool(line: &str) -> bool {
+    let digits = |text: &str| {
+        text.find(|c: char| !c.is_ascii_digit())
+            .unwrap_or(text.len())
+    };
+    let Some(rest) = line.strip_prefix('T') else {
+        return false;
+    };
+    let end = digits(rest);
+    let size = rest.get(end..).and_then(|rest| rest.strip_prefix('C'));
+    end > 0 && size.is_some_and(|size| size.starts_with(|c: char| c.is_ascii_digit() || c == '.'))
+}
+
+/// Whether a line names the columns of an engraver's rows.
+fn names_columns(line: &str) -> bool {
+    let line = line.to_ascii_lowercase();
+    let names: Vec<&str> = line
+        .split([',', ';', '\t', ' '])
+        .map(str::trim)
+        .filter(|name| !name.is_empty())
+        .collect();
+    let has = |either: [&str; 2]| names.iter().any(|name| either.contains(name));
+    has(["dx", "x"]) && has(["dy", "y"]) && has(["engrave", "burn"])
+}
+
+/// Programs that write a printer's files for Marlin, as they name themselves in comments.
+const SLICERS: [&str; 8] = [
+    "generated by prusaslicer",
+    "generated by slic3r",
+    "generated by superslicer",
+    "generated by orcaslicer",
+    "flavor:marlin",
+    "generated with cura",
+    "simplify3d",
+    "ideamaker",
+];
+
+fn is_slicers(line: &str) -> bool {
+    let line = line.to_ascii_lowercase();
+    line.starts_with(';') && SLICERS.iter().any(|name| line.contains(name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_recognised_by_its_first_lines() {
+        for (head, expected) in [
+            ("M48\nMETRIC,TZ\nT1C0.800\n%\n", Some(Foreign::Drill)),
+            ("; FILE_FORMAT=2:4\n\nM48\nINCH\n", Some(Foreign::Drill)),
+            (
+                "%\nT2C0.034F200S100\nX004000Y022000\n",
+                Some(Foreign::Drill),
+            ),
+            ("RPcode.V.1.0.0 \n1\t0.5\t0.0\t0.25\n", Some(Foreign::Rp)),
+            (
+                "row,dx,dy,engrave,cum_x\n1,10,-10,1,10\n",
+                Some(Foreign::Rows),
+            ),
+            ("x y burn\n1 2 1\n", Some(Foreign::Rows)),
+            (
+                "; generated by PrusaSlicer 2.5.0\nM107\n",
+                Some(Foreign::Print),
+            ),
+            (";FLAVOR:Marlin\n;TIME:66\nM140 S60\n", Some(Foreign::Print)),
+        ] {
+            assert_eq!(kind(head), expected, "{head}");
+        }
+    }
+
+    #[test]
+    fn g_code_is_taken_as_it_is() {
+        for head in [
+            "",
+            "%\nO1000 (part)\nT1 M6\n",
+            "T1\nM6\nG0 X1\n",
+            "G1 X1 Y2 (x y burn)\n",
+            "(generated by PrusaSlicer 2.5.0)\n$H\nM104 S200\n",
+            "M3 S1000\nM48\n",
+            "TC1\n",
+            "T1C\n",
+        ] {
+            assert_eq!(kind(head), None, "{head}");
+        }
+    }
+}
