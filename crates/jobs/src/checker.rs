@@ -210,7 +210,7 @@ impl<const AXES: usize> Follow for Checker<AXES> {
 
     fn zero(&self) -> [f32; 3] {
         let offset = self.interpreter.work_offset();
-        std::array::from_fn(|axis| offset.get(axis).map_or(0.0, |place| place.to_mm() as f32))
+        std::array::from_fn(|axis| offset.get(axis).map_or(0.0, |place| place.to_mm()))
     }
 }
 

@@ -13,6 +13,7 @@
 //!  legend
 //! ```
 
+mod caption;
 mod columns;
 mod ink;
 mod legend;
@@ -26,5 +27,6 @@ mod speed;
 mod svg;
 mod window;
 
+pub(crate) use caption::Caption;
 pub(crate) use limits::draw_limits;
-pub(crate) use svg::{draw, Caption};
+pub(crate) use svg::draw;

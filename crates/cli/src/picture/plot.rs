@@ -3,17 +3,17 @@
 //! Where a tool's diameter is known, the material that it takes away is drawn pale, and the path of
 //! its centre in full colour on top.
 
+use super::caption::Caption;
 use super::ink;
 use super::line::Line;
 use super::page::{rectangle, Frame, INK, LEFT, MOST_HEIGHT, PLOT_WIDTH, TOP};
 use super::raster::Raster;
 use super::scale::{label, Scale};
-use super::svg::Caption;
 use super::window::{extent, is_aside, Window};
 use leadscrew_sim::scene::{Drawn, Hole, Toolpath, Way};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
-use svg::node::element::{Circle, ClipPath, Definitions, Group, Image, Path, Use};
+use svg::node::element::{Circle, ClipPath, Definitions, Group, Image, Path, Rectangle, Use};
 
 // Pixels.
 const LEAST_HEIGHT: f64 = 160.0;
@@ -323,17 +323,12 @@ impl<'a> Plot<'a> {
     }
 
     /// The box of the travel, if the picture contains an edge of it.
-    pub(super) fn travel_box(&self) -> Group {
-        let Some(travel) = self.travel.filter(|_| self.shows_travel()) else {
-            return Group::new();
-        };
+    pub(super) fn travel_box(&self) -> Option<Rectangle> {
+        let travel = self.travel.filter(|_| self.shows_travel())?;
         let [[left, bottom], [right, top]] = [self.at(travel.map(|mm| -mm)), self.at([0.0; 2])];
         let frame = rectangle(left, top, right - left, bottom - top, "none");
-        Group::new().add(
-            frame
-                .set("stroke", ink::travel_box())
-                .set("stroke-width", 2),
-        )
+        let edged = frame.set("stroke", ink::travel_box());
+        Some(edged.set("stroke-width", 2))
     }
 
     /// Whether the picture contains an edge of the box of the travel.

@@ -1,5 +1,6 @@
 //! Draws the toolpath and the speed along time as one SVG document.
 
+use super::caption::Caption;
 use super::legend;
 use super::page::{axes, page, Frame, AXIS_HEIGHT};
 use super::plot::Plot;
@@ -8,22 +9,6 @@ use leadscrew_sim::scene::Toolpath;
 use leadscrew_sim::speed_profile::Stretch;
 use svg::node::element::Group;
 use svg::Document;
-
-/// The words around the picture.
-#[derive(Clone, PartialEq, Debug)]
-pub(crate) struct Caption {
-    /// The job's name.
-    pub(crate) title: String,
-    /// One line of figures: time, distance, lines.
-    pub(crate) summary: String,
-    /// What the tool does to the material: `cut` or `extruded`.
-    pub(crate) work: &'static str,
-    /// The S value of a laser's full power (`$30`), at the dark end of the scale; `None` where S is
-    /// a spindle's speed.
-    pub(crate) full_power_s: Option<f64>,
-    /// The travel of X and Y, mm, from -travel to 0; `None` if the path's place in it is not known.
-    pub(crate) travel: Option<[f32; 2]>,
-}
 
 const SPEED_HEIGHT: f64 = 150.0;
 
@@ -42,10 +27,11 @@ pub(crate) fn draw(path: &Toolpath, stretches: &[Stretch], caption: &Caption) ->
     if let Some(image) = plot.image() {
         document = document.add(image);
     }
-    let moves = Group::new()
-        .add(plot.travel_box())
-        .add(plot.strokes())
-        .add(plot.arrows());
+    let mut moves = Group::new();
+    if let Some(travel) = plot.travel_box() {
+        moves = moves.add(travel);
+    }
+    let moves = moves.add(plot.strokes()).add(plot.arrows());
     let document = document
         .add(plot.clipped(moves))
         .add(plot.holes())

@@ -1,0 +1,17 @@
+//! What a picture is told beside the path.
+
+/// The words around the picture.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct Caption {
+    /// The job's name.
+    pub(crate) title: String,
+    /// One line of figures: time, distance, lines.
+    pub(crate) summary: String,
+    /// What the tool does to the material: `cut` or `extruded`.
+    pub(crate) work: &'static str,
+    /// The S value of a laser's full power (`$30`), at the dark end of the scale; `None` where S is
+    /// a spindle's speed.
+    pub(crate) full_power_s: Option<f64>,
+    /// The travel of X and Y, mm, from -travel to 0; `None` if the path's place in it is not known.
+    pub(crate) travel: Option<[f32; 2]>,
+}
