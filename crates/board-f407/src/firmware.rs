@@ -35,7 +35,7 @@ const LONGEST_SLEEP: Duration = Duration::from_ticks(5_000);
 /// Changes of power within rows of a raster. A machine of more than four axes takes more room in the
 /// same memory.
 const PIXELS: usize = if AXES > 4 {
-    config::PIXELS - 64
+    config::PIXELS - 128
 } else {
     config::PIXELS
 };
