@@ -9,12 +9,16 @@ use crate::json::{
 use crate::remark::Remarks;
 use crate::time::Time;
 use crate::words::{pauses, times};
+use leadscrew_sim::program::Next;
 use leadscrew_sim::scene::{note_tools, Toolpath};
 use leadscrew_sim::streamer::Lines;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt;
 use std::io::{self, BufRead};
+
+/// Conditions that are shown to a person.
+const SHOWN: usize = 20;
 
 /// Complaints that are kept for the JSON output.
 const KEPT: usize = 10_000;
@@ -33,7 +37,18 @@ pub fn read_through(
     let mut remarks = Remarks::default();
     let mut lines = Lines::new(text);
     let (mut raw, mut last) = (Vec::new(), Vec::new());
-    while lines.next(&mut raw)? {
+    loop {
+        match lines.next(&mut raw, checker.world())? {
+            Next::Line => {}
+            Next::Begins => continue,
+            Next::End => break,
+            Next::Fault(fault) => {
+                let complaint = Complaint::of_program(name, &fault);
+                each(&complaint);
+                report.note(complaint, KEPT);
+                break;
+            }
+        }
         let number = lines.number();
         let found = checker.check(number, &raw);
         let done = checker.last();
@@ -53,7 +68,8 @@ pub fn read_through(
         }
         std::mem::swap(&mut raw, &mut last);
     }
-    report.lines = lines.number();
+    report.lines = lines.count();
+    report.branches = branches(&lines);
     for (line, text, doubt) in checker.end(report.lines, &last) {
         let complaint = doubtful(name, line, &text, doubt);
         each(&complaint);
@@ -61,6 +77,19 @@ pub fn read_through(
     }
     report.measure(checker.path());
     Ok(report)
+}
+
+/// The conditions that a program has met, in the order of its lines.
+fn branches<R: BufRead>(lines: &Lines<R>) -> Option<Vec<JsonBranch>> {
+    let met = lines.branches()?.iter();
+    Some(
+        met.map(|(line, branch)| JsonBranch {
+            line: *line,
+            taken: branch.taken,
+            passed: branch.passed,
+        })
+        .collect(),
+    )
 }
 
 /// A likely mistake in a line as a complaint.
@@ -88,6 +117,8 @@ pub struct CheckReport {
     /// Lines at which the program pauses.
     pub pauses: Vec<u64>,
     tools: Vec<u32>,
+    /// The conditions that were met; `None` for a job that is no program.
+    branches: Option<Vec<JsonBranch>>,
     extents: Option<Extents>,
     cut_mm: f64,
     travel_mm: f64,
@@ -163,6 +194,7 @@ impl CheckReport {
             travel_mm: self.travel_mm,
             tools: &self.tools,
             pauses: &self.pauses,
+            branches: self.branches.as_deref(),
             time: self.time,
             grbl: self.grbl,
         }
@@ -188,9 +220,41 @@ impl fmt::Display for CheckReport {
         if let Some(time) = &self.time {
             write!(f, "\n  job time     {}", times(time, self.grbl.as_ref()))?;
         }
-        match self.pauses.as_slice() {
-            [] => Ok(()),
-            lines => write!(f, "\n  pauses       {}", pauses(lines, "")),
+        if let lines @ [_, ..] = self.pauses.as_slice() {
+            write!(f, "\n  pauses       {}", pauses(lines, ""))?;
+        }
+        for branch in self.branches.iter().flatten().take(SHOWN) {
+            write!(f, "\n  condition    {branch}")?;
+        }
+        match self
+            .branches
+            .as_ref()
+            .map_or(0, Vec::len)
+            .checked_sub(SHOWN)
+        {
+            None | Some(0) => Ok(()),
+            Some(more) => write!(f, "\n  condition    {more} more"),
+        }
+    }
+}
+
+/// An `if` or `elseif` of a program.
+#[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
+struct JsonBranch {
+    line: u64,
+    /// How often what follows it was run.
+    taken: u64,
+    /// How often it was passed over.
+    passed: u64,
+}
+
+impl fmt::Display for JsonBranch {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (line, taken, passed) = (self.line, self.taken, self.passed);
+        match (taken, passed) {
+            (_, 0) => write!(f, "line {line}: true, {taken} times"),
+            (0, _) => write!(f, "line {line}: false, {passed} times"),
+            _ => write!(f, "line {line}: true {taken} times, false {passed} times"),
         }
     }
 }
@@ -216,6 +280,9 @@ pub struct CheckJson<'a> {
     travel_mm: f64,
     tools: &'a [u32],
     pauses: &'a [u64],
+    /// The conditions that a program has met; only of a job with parameters, expressions or O words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    branches: Option<&'a [JsonBranch]>,
     /// How long the job takes; with `--time`, and only where it has no error.
     #[serde(skip_serializing_if = "Option::is_none")]
     time: Option<Time>,

@@ -6,6 +6,7 @@
 mod bends;
 mod doubts;
 mod frame;
+mod known;
 mod preamble;
 mod standing;
 mod system;
@@ -19,6 +20,7 @@ use crate::machine::Machine;
 use crate::remark::{Done, Remark};
 use doubts::Habits;
 use frame::{is_in_machine_coordinates, Spans};
+use known::Probed;
 use leadscrew_gcode::Number;
 use leadscrew_machine::config::{AxisKind, AxisMask, MachineConfig};
 use leadscrew_machine::extension::{Call, Extension};
@@ -33,6 +35,7 @@ use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::Settings;
 use leadscrew_machine::{arc_mismatch, home, soft_limits};
 use leadscrew_planner::Coordinate;
+use leadscrew_program::World;
 use leadscrew_sim::own::{Own, OwnPins};
 use leadscrew_sim::scene::{StrokeKind, ToolSizes, Tooling, Toolpath};
 use leadscrew_stepper::MAX_STEP_EVENTS;
@@ -88,6 +91,11 @@ pub trait Follow {
     fn motion_line(&self) -> Option<u64>;
     /// Where the zero of X, Y and Z is by the program so far, machine position, mm.
     fn zero(&self) -> [f32; 3];
+    /// What a program may know of the machine after the line checked last. A probe has touched at
+    /// the end of its way, unless [`Follow::end_probe`] tells where.
+    fn world(&self) -> &dyn World;
+    /// Takes over where a probe has really ended, machine coordinates, mm, and whether it touched.
+    fn end_probe(&mut self, at: &[f32], touched: bool);
 }
 
 /// Begins a program called `file` on `machine` as it is after power-up.
@@ -137,6 +145,10 @@ struct Checker<const AXES: usize> {
     number: u64,
     /// By which words the program has come to where it stands, if somebody asks.
     standing: Option<Standing<AXES>>,
+    /// The end of the last probe.
+    probed: Option<Probed<AXES>>,
+    /// The tool that the program has taken last.
+    tool: u32,
 }
 
 impl<const AXES: usize> Follow for Checker<AXES> {
@@ -213,6 +225,14 @@ impl<const AXES: usize> Follow for Checker<AXES> {
         let offset = self.interpreter.work_offset();
         std::array::from_fn(|axis| offset.get(axis).map_or(0.0, |place| place.to_mm()))
     }
+
+    fn world(&self) -> &dyn World {
+        self
+    }
+
+    fn end_probe(&mut self, at: &[f32], touched: bool) {
+        Self::end_probe(self, at, touched);
+    }
 }
 
 impl<const AXES: usize> Checker<AXES> {
@@ -241,6 +261,8 @@ impl<const AXES: usize> Checker<AXES> {
             homed: 0,
             number: 0,
             standing: None,
+            probed: None,
+            tool: 0,
         };
         checker.learn_rates();
         checker
@@ -311,6 +333,11 @@ impl<const AXES: usize> Checker<AXES> {
             Command::Probe { travel, .. } => {
                 // A probe cuts nothing: its way is travel.
                 let feed = Feed::Rapid;
+                let (at_end, touched) = (travel.target, true);
+                self.probed = Some(Probed {
+                    at: at_end,
+                    touched,
+                });
                 self.go(at, &Travel { feed, ..*travel }, None)
             }
             Command::Arc { travel, arc } => self.go(at, travel, Some(arc)),
@@ -351,7 +378,11 @@ impl<const AXES: usize> Checker<AXES> {
                 Ok(())
             }
             Command::Own(call) => {
-                self.last.paused |= call.code == TOOL_CHANGE && !self.is_checking();
+                let changes = call.code == TOOL_CHANGE && !self.is_checking();
+                self.last.paused |= changes;
+                if changes {
+                    self.tool = self.interpreter.modal().tool;
+                }
                 Ok(())
             }
             Command::WorkOffset(_) => {

@@ -13,6 +13,7 @@ use crate::remedy::remedy;
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::status::Status;
 use leadscrew_sim::own::{alarm_of, error_of};
+use leadscrew_sim::program::ProgramFault;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -30,6 +31,8 @@ pub enum Fault {
     CannotFit,
     /// The machine has not answered, and will not.
     Unanswered,
+    /// A program with parameters, expressions or O words cannot go on. The details say why.
+    Program,
     /// A likely mistake that the machine accepts without an answer.
     Remark(Remark),
 }
@@ -43,6 +46,7 @@ impl Fault {
             | Self::Alarm(_)
             | Self::TooLong
             | Self::CannotFit
+            | Self::Program
             | Self::Unanswered => "error",
         }
     }
@@ -56,7 +60,7 @@ impl Fault {
     pub fn code(self) -> u8 {
         match self {
             Self::TooLong => Status::InvalidTarget.number(),
-            Self::Remark(_) | Self::CannotFit | Self::Unanswered => 0,
+            Self::Remark(_) | Self::CannotFit | Self::Unanswered | Self::Program => 0,
             Self::Error(status) => status.number(),
             Self::Alarm(alarm) => alarm.number(),
         }
@@ -68,6 +72,7 @@ impl Fault {
             Self::TooLong => "the move has more steps than can be counted",
             Self::CannotFit => "the job does not fit the travel",
             Self::Unanswered => "the machine leaves the line unanswered",
+            Self::Program => "the program cannot go on",
             Self::Remark(remark) => remark.message(),
             Self::Error(Status::Own(number)) => error_of(number).map_or("", |own| own.text),
             Self::Alarm(Alarm::Own(number)) => alarm_of(number).map_or("", |own| own.text),
@@ -85,6 +90,9 @@ impl Fault {
             Self::Unanswered => {
                 "It sleeps until a reset ($SLP), waits for its door to be closed (0x84 opens it), or \
                  a byte of the job has reset it (0x18)."
+            }
+            Self::Program => {
+                "docs/programs.md lists the parameters, expressions and O words that programs have."
             }
             Self::Remark(remark) => remark.explanation(),
             Self::Error(Status::Own(number)) => error_of(number).map_or("", |own| own.explanation),
@@ -118,7 +126,7 @@ impl fmt::Display for Fault {
         match self {
             Self::Error(_) | Self::TooLong => write!(f, "error:{}", self.code()),
             Self::Alarm(_) => write!(f, "ALARM:{}", self.code()),
-            Self::CannotFit | Self::Unanswered => f.write_str("error"),
+            Self::CannotFit | Self::Unanswered | Self::Program => f.write_str("error"),
             Self::Remark(_) => f.write_str("warning"),
         }
     }
@@ -174,6 +182,15 @@ impl Complaint {
         }
     }
 
+    /// The fault that ends a program.
+    pub(crate) fn of_program(file: &str, fault: &ProgramFault) -> Self {
+        let column = Some(fault.column);
+        Self {
+            detail: Some(fault.kind.to_string()),
+            ..Self::new(file, fault.line, column, Fault::Program, &fault.text)
+        }
+    }
+
     /// The short text, with the details of this case.
     pub(crate) fn message(&self) -> Cow<'_, str> {
         let message = self.fault.message();
@@ -219,6 +236,7 @@ impl Complaint {
             | Fault::TooLong
             | Fault::CannotFit
             | Fault::Unanswered
+            | Fault::Program
             | Fault::Remark(_) => None,
         };
         own.unwrap_or_else(|| self.fault.explanation())

@@ -7,6 +7,7 @@
 use crate::checker::{follow, names_motion, Ask, RestError};
 use crate::machine::Machine;
 use leadscrew_gcode::{words, Letter, Word};
+use leadscrew_sim::program::Next;
 use leadscrew_sim::streamer::Lines;
 use std::io::{self, BufRead};
 
@@ -34,8 +35,10 @@ pub fn rest_of(
     let mut lines = Lines::new(text);
     let mut raw = Vec::new();
     loop {
-        if !lines.next(&mut raw)? {
-            return Ok(Err(RestError::NoSuchLine(lines.number())));
+        match lines.next(&mut raw, &())? {
+            Next::Line => {}
+            Next::End => return Ok(Err(RestError::NoSuchLine(lines.number()))),
+            Next::Begins | Next::Fault(_) => return Ok(Err(RestError::Program)),
         }
         if lines.number() >= ask.line.max(1) {
             break;
@@ -46,8 +49,12 @@ pub fn rest_of(
         }
     }
     let mut rest = vec![raw.clone()];
-    while lines.next(&mut raw)? {
-        rest.push(raw.clone());
+    loop {
+        match lines.next(&mut raw, &())? {
+            Next::Line => rest.push(raw.clone()),
+            Next::End => break,
+            Next::Begins | Next::Fault(_) => return Ok(Err(RestError::Program)),
+        }
     }
     let preamble = match checker.preamble(ask) {
         Ok(preamble) => preamble,

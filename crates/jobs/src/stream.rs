@@ -11,6 +11,7 @@ use complaints::Complaints;
 use leadscrew_machine::board::ChannelId;
 use leadscrew_machine::machine::LineFault;
 use leadscrew_machine::settings::table::Setting;
+use leadscrew_program::is_program;
 use leadscrew_sim::clock::Cycle;
 use leadscrew_sim::event_loop::Stopped;
 use leadscrew_sim::link::{Host, Rate};
@@ -112,7 +113,8 @@ impl Stream<'_> {
     ) -> io::Result<Streamed<O>> {
         let faults = Faults::default();
         let mut watching = (observer, FaultWatch(Rc::clone(&faults)));
-        let complaints = self.complaints(name, faults);
+        let mut text = text;
+        let complaints = self.complaints(name, faults, begins_as_program(text.fill_buf()?));
         let streaming = Streaming {
             window: self.window(),
             keep_going: self.keep_going,
@@ -165,8 +167,9 @@ impl Stream<'_> {
         })
     }
 
-    fn complaints(&self, name: &str, faults: Faults) -> Complaints {
-        let checker = (self.warn || !self.keep_going).then(|| follow(name, self.machine));
+    fn complaints(&self, name: &str, faults: Faults, reads_machine: bool) -> Complaints {
+        let checker =
+            (self.warn || !self.keep_going || reads_machine).then(|| follow(name, self.machine));
         Complaints {
             answered: self.keep_answers.then(Vec::new),
             sizes: self.keep_answers.then(Sizes::default),
@@ -200,6 +203,13 @@ impl Stream<'_> {
             ..self.machine.file.supply(self.rate)
         }
     }
+}
+
+/// Whether a job shows in its first bytes that it is a program: it may read where the machine is,
+/// which a checker knows.
+fn begins_as_program(head: &[u8]) -> bool {
+    head.split(|byte| matches!(byte, b'\n' | b'\r'))
+        .any(is_program)
 }
 
 /// Faults that the machine has found and not yet answered, in order. They are kept because an

@@ -274,3 +274,13 @@ fn a_beam_is_lit_only_where_the_job_goes_on() {
     let lit = rest.preamble.iter().position(|line| line.contains("M4"));
     assert_eq!(lit, Some(rest.preamble.len() - 1));
 }
+
+#[test]
+fn a_program_is_not_begun_in_its_middle() {
+    for job in [
+        "#1=5\nG1X#1F100\nX2\n",
+        "G1X1F100\nX2\no1 repeat [2]\nX3\no1 endrepeat\n",
+    ] {
+        assert_eq!(rest(job, &[], &ask(2)), Err(RestError::Program), "{job}");
+    }
+}

@@ -148,7 +148,10 @@ impl Value {
     }
 
     /// Returns the quotient, rounded.
-    pub(crate) fn over(self, other: Self) -> Result<Self, Math> {
+    ///
+    /// # Errors
+    /// [`Math::ByZero`], and [`Math::TooLarge`] beyond the range.
+    pub fn over(self, other: Self) -> Result<Self, Math> {
         let (a, b) = (self.0.unsigned_abs(), other.0.unsigned_abs());
         if b == 0 {
             return Err(Math::ByZero);

@@ -35,6 +35,7 @@ pub mod plant;
 mod position;
 pub mod powered;
 pub mod profile;
+pub mod program;
 pub mod replay;
 pub mod scene;
 pub mod setup;

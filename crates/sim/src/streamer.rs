@@ -13,12 +13,15 @@
 //! nothing out.
 //!
 //! Memory use is constant whatever the length of the file: one window of text, and one line that is
-//! being read.
+//! being read. A program with parameters, expressions or O words is kept from the first line that
+//! has one: it may go back.
 
 use crate::clock::Cycle;
 use crate::link::Host;
+use crate::program::{Branch, Next, ProgramFault, Running};
 use leadscrew_machine::board::ChannelId;
-use std::collections::VecDeque;
+use leadscrew_program::{is_program, World};
+use std::collections::{BTreeMap, VecDeque};
 use std::io::{self, BufRead};
 
 /// The machine's answer.
@@ -79,6 +82,16 @@ pub trait Replies {
     fn is_last(&mut self, line: &[u8]) -> bool {
         let _ = line;
         false
+    }
+
+    /// What a program may know of the machine after the line read last.
+    fn world(&self) -> &dyn World {
+        &()
+    }
+
+    /// The program cannot go on: nothing more is sent.
+    fn failed(&mut self, fault: &ProgramFault) {
+        let _ = fault;
     }
 }
 
@@ -178,9 +191,9 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
         }
     }
 
-    /// Lines read from the program so far, including those without anything to send.
+    /// Lines read from the file so far, including those without anything to send.
     pub fn lines(&self) -> u64 {
-        self.lines.number
+        self.lines.count()
     }
 
     /// Lines that have been answered.
@@ -193,7 +206,7 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
     pub fn current(&self) -> u64 {
         self.pending
             .front()
-            .map_or(self.lines.number, |pending| pending.number)
+            .map_or(self.lines.number(), |pending| pending.number)
     }
 
     /// The first line that the machine has left unanswered, and its text; `None` where it owes no
@@ -259,13 +272,24 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
 
     /// Reads the next line to send. Returns its number, or `None` at the end.
     fn read(&mut self) -> Option<u64> {
-        match self.lines.next(&mut self.line) {
-            Ok(true) => {
-                self.replies.read(self.lines.number, &self.line);
-                self.last = self.replies.is_last(&self.line);
-                Some(self.lines.number)
+        match self.lines.next(&mut self.line, self.replies.world()) {
+            Ok(Next::Line) => {
+                let number = self.lines.number();
+                self.replies.read(number, &self.line);
+                self.last = self.replies.is_last(&self.line) || self.lines.waits();
+                Some(number)
             }
-            Ok(false) => {
+            Ok(Next::Begins) if self.pending.is_empty() => self.read(),
+            Ok(Next::Begins) => {
+                self.state = Sending::Awaits;
+                None
+            }
+            Ok(Next::Fault(fault)) => {
+                self.replies.failed(&fault);
+                self.state = Sending::Done;
+                None
+            }
+            Ok(Next::End) => {
                 self.state = Sending::Done;
                 None
             }
@@ -396,7 +420,8 @@ fn parse(digits: &[u8]) -> Option<u8> {
 }
 
 /// Lines of a file that end with LF, CR or CR LF. A byte order mark and lines with `%` (tape marks)
-/// are left out.
+/// are left out. From the first line on that has a parameter, an expression or an O word, they are
+/// the plain lines that the program comes to.
 #[derive(Debug)]
 pub struct Lines<R> {
     reader: R,
@@ -404,6 +429,10 @@ pub struct Lines<R> {
     number: u64,
     /// The last line ended with CR: an LF right after it belongs to the same line end.
     after_return: bool,
+    /// The program, once one has begun.
+    program: Option<Running>,
+    /// The line read last probes: what follows it in a program may depend on where.
+    probes: bool,
 }
 
 impl<R: BufRead> Lines<R> {
@@ -415,19 +444,71 @@ impl<R: BufRead> Lines<R> {
             reader,
             number: 0,
             after_return: false,
+            program: None,
+            probes: false,
         }
     }
 
     /// The number of the line read last, from 1; lines left out count.
     pub fn number(&self) -> u64 {
-        self.number
+        self.program.as_ref().map_or(self.number, Running::number)
     }
 
-    /// Reads the next line without its line end; returns false at the end of the file.
+    /// Lines of the file that have been read.
+    pub fn count(&self) -> u64 {
+        self.program.as_ref().map_or(self.number, Running::count)
+    }
+
+    /// The conditions of a program that were met so far, each with its line; `None` for a file
+    /// that is no program.
+    pub fn branches(&self) -> Option<&BTreeMap<u64, Branch>> {
+        self.program.as_ref().map(Running::branches)
+    }
+
+    /// Whether the line read last has to be answered before the next one is read.
+    fn waits(&self) -> bool {
+        self.program.is_some() && self.probes
+    }
+
+    /// Reads the next line without its line end. A program reads its machine from `world`.
     ///
     /// # Errors
     /// The reader's error.
-    pub fn next(&mut self, line: &mut Vec<u8>) -> io::Result<bool> {
+    pub fn next(&mut self, line: &mut Vec<u8>, world: &dyn World) -> io::Result<Next> {
+        if self.program.is_none() {
+            if !self.next_plain(line)? {
+                return Ok(Next::End);
+            }
+            if !is_program(line) {
+                return Ok(Next::Line);
+            }
+            self.begin(line)?;
+            return Ok(Next::Begins);
+        }
+        let Some(program) = &mut self.program else {
+            return Ok(Next::End);
+        };
+        let next = program.next(line, world);
+        self.probes = line.windows(2).any(|pair| pair == b"38");
+        Ok(next)
+    }
+
+    /// Begins the program whose first line has been read.
+    fn begin(&mut self, line: &mut Vec<u8>) -> io::Result<()> {
+        let before = self.number - 1;
+        let mut text = Vec::new();
+        loop {
+            text.append(line);
+            text.push(b'\n');
+            if !self.read(line)? {
+                break;
+            }
+        }
+        self.program = Some(Running::new(text, before));
+        Ok(())
+    }
+
+    fn next_plain(&mut self, line: &mut Vec<u8>) -> io::Result<bool> {
         while self.read(line)? {
             self.number += 1;
             if self.number == 1 && line.starts_with(Self::MARK) {
@@ -609,10 +690,38 @@ mod tests {
         let program = "X".repeat(1_000_000) + "\nG0";
         let mut lines = Lines::new(std::io::Cursor::new(program));
         let mut line = Vec::new();
-        assert!(lines.next(&mut line).unwrap());
+        assert_eq!(lines.next(&mut line, &()).unwrap(), Next::Line);
         assert_eq!(line.len(), LONGEST_LINE);
-        assert!(lines.next(&mut line).unwrap());
+        assert_eq!(lines.next(&mut line, &()).unwrap(), Next::Line);
         assert_eq!(line, b"G0");
+    }
+
+    #[test]
+    fn a_program_is_sent_as_plain_lines_with_the_numbers_of_its_file() {
+        let mut errors = Vec::new();
+        let text = "G21\r\n#1=2\r\n\r\no1 repeat [2]\r\nG1X#1\r\no1 endrepeat\r\nG0X[1/0]\r\n";
+        let mut host = stream(text, 99, |reply: &Reply<'_>, _: Cycle| {
+            if let Reply::Error { line, .. } = reply {
+                errors.push(*line);
+            }
+        });
+        assert_eq!(sent(&mut host), "G21\n", "a probe may have gone before");
+        say(&mut host, "ok");
+        assert_eq!(sent(&mut host), "G1X2\nG1X2\n");
+        assert_eq!(host.lines(), 7);
+        say(&mut host, "ok");
+        say(&mut host, "error:22");
+        assert!(host.is_done(), "the fault has ended it");
+        drop(host);
+        assert_eq!(errors, [5]);
+    }
+
+    #[test]
+    fn a_program_waits_for_the_answer_to_a_probe() {
+        let mut host = stream("#1=1\nG38.2Z-5F50\nG0X#1", 99, ());
+        assert_eq!(sent(&mut host), "G38.2Z-5F50\n");
+        say(&mut host, "ok");
+        assert_eq!(sent(&mut host), "G0X1\n");
     }
 
     #[test]

@@ -57,6 +57,14 @@ class Time(TypedDict):
     motion_seconds: float
 
 
+class Branch(TypedDict):
+    """An `if` or `elseif` of a program: how often what follows was run and passed over."""
+
+    line: int
+    taken: int
+    passed: int
+
+
 class _Check(TypedDict):
     """What `check` answers. A laser's feed move without power counts as travel, as does a printer's
     without filament.
@@ -78,10 +86,13 @@ class _Check(TypedDict):
 
 
 class Check(_Check, total=False):
-    """What `check` answers; with its times where they were asked for, and the job has no error."""
+    """What `check` answers; with its times where they were asked for, and the job has no error, and
+    with the conditions that were met where the job is a program.
+    """
 
     time: Time
     grbl: Time
+    branches: List[Branch]
 
 
 class _Axis(TypedDict):

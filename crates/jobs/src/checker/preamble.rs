@@ -29,6 +29,8 @@ pub struct Ask {
 /// Why a job cannot be begun at a line.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum RestError {
+    /// The job has parameters, expressions or O words, whose values only its beginning sets.
+    Program,
     /// The job has only so many lines.
     NoSuchLine(u64),
     /// The machine refuses a line before it: the complaint.
@@ -54,6 +56,9 @@ pub enum RestError {
 impl fmt::Display for RestError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Program => f.write_str(
+                "the job is a program (docs/programs.md): it can only be run from its beginning",
+            ),
             Self::NoSuchLine(lines) => write!(f, "the job has {lines} lines"),
             Self::Refused(complaint) => {
                 write!(f, "a line before it is refused: mend it first\n{complaint}")

@@ -10,7 +10,9 @@ use leadscrew_machine::machine::LineFault;
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::line_reader::raw_column;
 use leadscrew_machine::protocol::status::Status;
+use leadscrew_program::World;
 use leadscrew_sim::clock::Cycle;
+use leadscrew_sim::program::ProgramFault;
 use leadscrew_sim::scene::note_tools;
 use leadscrew_sim::streamer::{Replies, Reply};
 
@@ -147,6 +149,9 @@ impl Complaints {
             let message = message.strip_suffix(b"]").unwrap_or(message);
             self.message = String::from_utf8_lossy(message).into_owned();
         }
+        if let (Some(checker), Some((at, touched))) = (&mut self.checker, probe_end(said)) {
+            checker.end_probe(&at, touched);
+        }
     }
 
     fn tell_error(&mut self, complaint: Complaint) {
@@ -191,6 +196,20 @@ impl Replies for Complaints {
         refuses && !self.keep_going
     }
 
+    fn world(&self) -> &dyn World {
+        match &self.checker {
+            Some(checker) => checker.world(),
+            None => &(),
+        }
+    }
+
+    fn failed(&mut self, fault: &ProgramFault) {
+        let complaint = Complaint::of_program(&self.file, fault);
+        self.stopped
+            .get_or_insert((Cause::Fault(complaint.fault), fault.line));
+        self.tell_error(complaint);
+    }
+
     fn read(&mut self, number: u64, line: &[u8]) {
         note_tools(&mut self.tools, line);
         if let Some(sizes) = &mut self.sizes {
@@ -207,4 +226,15 @@ impl Replies for Complaints {
             }
         }
     }
+}
+
+/// Reads `[PRB:1.000,2.000,-3.000:1]`: where a probe has ended, and whether it has touched.
+fn probe_end(said: &[u8]) -> Option<(Vec<f32>, bool)> {
+    let said = std::str::from_utf8(said).ok()?;
+    let (at, touched) = said
+        .strip_prefix("[PRB:")?
+        .strip_suffix(']')?
+        .split_once(':')?;
+    let at: Result<Vec<f32>, _> = at.split(',').map(str::parse).collect();
+    Some((at.ok()?, touched == "1"))
 }
