@@ -19,8 +19,8 @@ pub struct Offsets<const AXES: usize> {
     g28: [Coordinate; AXES],
     g30: [Coordinate; AXES],
     g92: [Coordinate; AXES],
-    /// G92.2 has put it aside, and G92.3 puts it in force again.
-    is_g92_aside: bool,
+    /// What G92.2 has put aside, and G92.3 puts in force again.
+    kept_g92: [Coordinate; AXES],
     tool_length: Coordinate,
 }
 
@@ -33,7 +33,7 @@ impl<const AXES: usize> Offsets<AXES> {
             g28: zero,
             g30: zero,
             g92: zero,
-            is_g92_aside: false,
+            kept_g92: zero,
             tool_length: Coordinate::ZERO,
         }
     }
@@ -47,12 +47,9 @@ impl<const AXES: usize> Offsets<AXES> {
         }
     }
 
-    /// Returns the G92 offset in force, forgotten by a reset.
+    /// Returns the G92 offset, forgotten by a reset.
     pub fn g92(&self) -> &[Coordinate; AXES] {
-        match self.is_g92_aside {
-            true => const { &[Coordinate::ZERO; AXES] },
-            false => &self.g92,
-        }
+        &self.g92
     }
 
     /// Returns the tool length offset along Z, forgotten by a reset.
@@ -72,7 +69,7 @@ impl<const AXES: usize> Offsets<AXES> {
         tool_length: Option<Coordinate>,
     ) -> [Coordinate; AXES] {
         let mut sum = self.without_g92(system, tool_length);
-        for (sum, g92) in sum.iter_mut().zip(self.g92()) {
+        for (sum, g92) in sum.iter_mut().zip(&self.g92) {
             *sum = *sum + *g92;
         }
         sum
@@ -91,7 +88,7 @@ impl<const AXES: usize> Offsets<AXES> {
     /// Returns the sum of all offsets in force except the origin of the work coordinate system,
     /// with this `tool_length`, if one is given.
     pub(super) fn without_system(&self, tool_length: Option<Coordinate>) -> [Coordinate; AXES] {
-        self.with_tool(*self.g92(), tool_length)
+        self.with_tool(self.g92, tool_length)
     }
 
     /// Adds the tool length: this one, or the one in force.
@@ -118,15 +115,18 @@ impl<const AXES: usize> Offsets<AXES> {
         }
     }
 
-    /// Sets the G92 offset, and puts it in force.
+    /// Sets the G92 offset, for G92.3 too.
     pub(super) fn set_g92(&mut self, value: [Coordinate; AXES]) {
         self.g92 = value;
-        self.is_g92_aside = false;
+        self.kept_g92 = value;
     }
 
     /// G92.2: no G92 offset is in force. G92.3: the last one that was set is.
     pub(super) fn use_g92(&mut self, again: bool) {
-        self.is_g92_aside = !again;
+        self.g92 = match again {
+            true => self.kept_g92,
+            false => [Coordinate::ZERO; AXES],
+        };
     }
 
     pub(super) fn set_tool_length(&mut self, length: Coordinate) {

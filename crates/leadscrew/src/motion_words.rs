@@ -42,9 +42,9 @@ pub enum MotionStatus {
     Moving,
     /// It slows down for a hold or a stop.
     Stopping,
-    /// It is held at rest: [`Motion::resume`] goes on, [`Motion::stop`] forgets the rest.
+    /// It is held at rest: [`Motion::resume`](crate::motion::Motion::resume) goes on, [`Motion::stop`](crate::motion::Motion::stop) forgets the rest.
     Held,
-    /// It has failed, and takes no move until [`Motion::recover`].
+    /// It has failed, and takes no move until [`Motion::recover`](crate::motion::Motion::recover).
     Failed(MotionFault),
 }
 
@@ -52,9 +52,9 @@ pub enum MotionStatus {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum MotionFault {
-    /// [`Motion::poll`] was not called for 8 ms in motion.
+    /// [`Motion::poll`](crate::motion::Motion::poll) was not called for 8 ms in motion.
     PollTooLate,
-    /// [`Motion::stop_now`] was called in motion.
+    /// [`Motion::stop_now`](crate::motion::Motion::stop_now) was called in motion.
     StoppedNow,
     /// A part of the board failed; only power-up helps.
     Board(Fault),
