@@ -85,7 +85,8 @@ impl Value {
     pub(crate) fn rounded(self, places: u32) -> Self {
         let unit = 10_i128.pow(18 - places.min(18));
         let half = if self.0 < 0 { -unit / 2 } else { unit / 2 };
-        Self((self.0 + half) / unit * unit)
+        // A unit is at least 1. The compiler does not see it, and would keep a panic.
+        Self((self.0 + half).checked_div(unit).unwrap_or(0) * unit)
     }
 
     /// What comparisons see: 12 decimals.
