@@ -116,7 +116,7 @@ impl<const AXES: usize> MotionConfig<AXES> {
         self
     }
 
-    /// Checks the build. [`crate::motion`] does so.
+    /// Checks the build. [`crate::motion()`] does so.
     ///
     /// # Errors
     /// The first value with which nothing can be planned.
