@@ -8,7 +8,6 @@ mod homing;
 mod impossible;
 mod linuxcnc;
 mod nonsense;
-mod owners;
 mod reports;
 mod rotary;
 mod rules;
