@@ -103,6 +103,7 @@ fn what_would_change_its_meaning_is_refused_with_its_place() {
         ("G90\nG0 X1 Y1 X2", 10, "twice"),
         ("G53 G0 Z0 Z1", 11, "twice"),
         ("G92 X0 Y0", 1, "not turned"),
+        ("G52 X0 Y0", 1, "not turned"),
         ("G10 L20 P1 X0", 1, "not turned"),
         ("G90.1", 1, "G91.1"),
         ("$J=G91X1F100", 1, "jog"),

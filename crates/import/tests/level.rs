@@ -142,6 +142,14 @@ fn a_line_that_cannot_be_bent_is_named_with_its_reason() {
             "2:1: G92 sets a zero within the job: heights would count from another one",
         ),
         (
+            "G52 X5",
+            "2:1: G52 sets a zero within the job: heights would count from another one",
+        ),
+        (
+            "G92.3",
+            "2:1: G92.3 sets a zero within the job: heights would count from another one",
+        ),
+        (
             "G38.2 Z-5 F50",
             "2:1: G38.2 probes: what it finds is not bent",
         ),

@@ -113,7 +113,7 @@ impl<'a> Turner<'a> {
                 540..=599 => self.system = Some(word.value()),
                 180 | 190 => return wrong("chooses a plane that is turned"),
                 901 => return wrong("gives centres of arcs as places; only G91.1 is turned"),
-                100 | 280 | 300 | 920 | 281 | 301 if names_place => {
+                100 | 280 | 300 | 520 | 920 | 281 | 301 if names_place => {
                     return wrong("sets or names a place of X and Y that is not turned");
                 }
                 530 => is_machine = true,

@@ -8,8 +8,8 @@ const SAME: f64 = 0.02;
 
 /// The heights of a surface at the places of a grid, mm.
 ///
-/// Between the places the height is bilinear (the plane's weighted mean of four places); beside the
-/// grid it is that of the nearest place within it.
+/// Between four places the height is bilinear: their weighted mean. Beside the grid it is the height
+/// of the nearest place in the grid.
 ///
 /// ```
 /// use leadscrew_import::level::Map;

@@ -4,6 +4,7 @@
 //! heights, and [`job()`] adds to each Z of the job the height below it. Lines and arcs are cut into
 //! pieces that are straight to a tolerance.
 
+mod arc;
 mod job;
 mod map;
 
