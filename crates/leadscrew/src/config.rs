@@ -28,10 +28,10 @@ pub struct Config<const AXES: usize> {
 }
 
 /// The slowest step timer, Hz: a pulse's width is counted in it.
-const SLOWEST_TIMER_HZ: u32 = 100_000;
+pub(crate) const SLOWEST_TIMER_HZ: u32 = 100_000;
 
-/// The rates that [`Config::with_steps_per_second`] takes.
-const RATES: core::ops::RangeInclusive<u32> = 3_000..=500_000;
+/// The rates that a board may have, steps a second.
+pub(crate) const RATES: core::ops::RangeInclusive<u32> = 3_000..=500_000;
 
 impl<const AXES: usize> Config<AXES> {
     /// Linear axes, Grbl's settings, 20 000 steps a second at most, and no frequency yet.

@@ -1,7 +1,7 @@
 //! The parts of a board that can fail, and the words for the operator.
 
 /// A part of the board that failed. The machine stops, says which part it is, and stays locked
-/// until it is powered up anew.
+/// until power goes off and on.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Fault {
     /// A step or a direction pin could not be set.
@@ -21,10 +21,10 @@ impl Fault {
     /// The text for the operator, 64 characters at most.
     pub const fn text(self) -> &'static str {
         match self {
-            Self::StepPin => "A step or direction pin failed: mend it, then power up anew",
-            Self::Laser => "The laser's PWM failed: mend it, then power up anew",
-            Self::Switch => "A switch cannot be read: mend it, then power up anew",
-            Self::Output => "A driver, spindle or coolant pin failed: mend it, power up anew",
+            Self::StepPin => "A step or direction pin failed: mend it, then power off and on",
+            Self::Laser => "The laser's PWM failed: mend it, then power off and on",
+            Self::Switch => "A switch cannot be read: mend it, then power off and on",
+            Self::Output => "A driver, spindle or coolant pin failed: mend it, power off, on",
         }
     }
 }

@@ -30,7 +30,7 @@
 //! let (mut machine, steps, mut serial, switches) =
 //!     leadscrew::new(RESOURCES.take(), config, Cartesian)?;
 //!
-//! // The handler of the timer calls `steps.tick()`, that of the serial line `serial.receive(byte)`.
+//! // The timer's handler calls `steps.tick()`. The serial handler calls `serial.receive(byte)`.
 //! let mut steps = steps.on(StepDir::new([(Pin, Pin), (Pin, Pin), (Pin, Pin)]), Timer);
 //! let mut outputs = Outputs::new(pend, Pin).with_flood(Pin);
 //! # let now = |us| leadscrew::Instant::from_ticks(us);

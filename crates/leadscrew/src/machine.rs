@@ -35,7 +35,7 @@ struct Link<'a, const MOTORS: usize> {
     enable_invert: bool,
 }
 
-/// So many ticks may come late before the operator is told.
+/// After this many late ticks the operator is told.
 const LATE_TICKS: u32 = 16;
 
 /// What the operator is told then, 64 characters at most.

@@ -230,11 +230,11 @@ impl<K: Kinematics<AXES, MOTORS>, const AXES: usize, const MOTORS: usize>
     /// Declares the axes to be at `position`, mm: after homing, or at power-up.
     ///
     /// # Errors
-    /// The motion is not idle ([`MotionError::Full`]), or a place is none.
+    /// The motion is not idle, or a place is none.
     pub fn set_position(&mut self, position: [f32; AXES]) -> Result<(), MotionError> {
         self.ensure_ready()?;
         if self.status() != MotionStatus::Idle {
-            return Err(MotionError::Full);
+            return Err(MotionError::NotIdle);
         }
         let target = place(position)?;
         let steps = self.planner.steps_at(&target).ok_or(MotionError::TooFar)?;

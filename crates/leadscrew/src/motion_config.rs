@@ -1,5 +1,6 @@
 //! The build of a motion without G-code, checked before anything moves.
 
+use crate::config::{RATES, SLOWEST_TIMER_HZ};
 use core::fmt;
 use leadscrew_machine::board::PortConfig;
 use leadscrew_planner::{Config, ConfigError, Coordinate, StepsPerMm};
@@ -144,12 +145,12 @@ impl<const AXES: usize> MotionConfig<AXES> {
     pub(crate) fn planner(&self, moves: usize) -> Result<Config<AXES>, MotionConfigError> {
         let mut planned = self.planned;
         let (hz, rate) = (planned.timer_hz, self.steps_per_second);
-        if hz < 100_000 {
+        if hz < SLOWEST_TIMER_HZ {
             return Err(MotionConfigError::TimerHz(hz));
         }
         // A pulse, and as long a time before the next one.
-        let most = (500_000 / u32::from(self.wiring.pulse_us.max(1))).min(500_000);
-        if !(3_000..=most).contains(&rate) {
+        let most = (500_000 / u32::from(self.wiring.pulse_us.max(1))).min(*RATES.end());
+        if !(*RATES.start()..=most).contains(&rate) {
             return Err(MotionConfigError::StepsPerSecond { rate, most });
         }
         planned.shortest_tick = Ticks(hz.div_ceil(rate));
@@ -205,12 +206,14 @@ impl fmt::Display for MotionConfigError {
             Self::TimerHz(hz) => {
                 write!(
                     f,
-                    "timer_hz: {hz}; give the step timer's counts in a second, 100000 or more"
+                    "timer_hz: {hz}; give the step timer's counts in a second, {SLOWEST_TIMER_HZ} or \
+                     more"
                 )
             }
             Self::StepsPerSecond { rate, most } => write!(
                 f,
-                "with_steps_per_second: {rate}; give 3000 to {most}, or shorter pulses"
+                "with_steps_per_second: {rate}; give {} to {most}, or shorter pulses",
+                RATES.start()
             ),
             Self::StepsPerMm(axis) => {
                 write!(f, "with_steps_per_mm: axis {axis}; give a number above 0")

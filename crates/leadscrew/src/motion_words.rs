@@ -42,13 +42,15 @@ pub enum MotionStatus {
     Moving,
     /// It slows down for a hold or a stop.
     Stopping,
-    /// It is held at rest: [`Motion::resume`](crate::motion::Motion::resume) goes on, [`Motion::stop`](crate::motion::Motion::stop) forgets the rest.
+    /// It is held at rest: [`Motion::resume`](crate::motion::Motion::resume) goes on,
+    /// [`Motion::stop`](crate::motion::Motion::stop) forgets the rest.
     Held,
     /// It has failed, and takes no move until [`Motion::recover`](crate::motion::Motion::recover).
     Failed(MotionFault),
 }
 
-/// Why a motion has failed. The position is that of the steps made; motors may have lost some.
+/// The reason why a motion has failed. Its position counts the steps that were sent to the motors,
+/// which may have lost some of them.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum MotionFault {
@@ -89,6 +91,8 @@ pub enum MotionError {
     Speed,
     /// The queue has no room: poll until a move has ended.
     Full,
+    /// The position can be declared at rest only.
+    NotIdle,
     /// The target is too many steps away.
     TooFar,
     /// An arc has more chords than the queue has room for, even when it is empty.
@@ -114,6 +118,9 @@ impl fmt::Display for MotionError {
             ),
             Self::Speed => f.write_str("the speed is not a number above 0; give mm/s"),
             Self::Full => f.write_str("the queue is full; poll until a move has ended"),
+            Self::NotIdle => {
+                f.write_str("the motion is not idle; poll until it is, then declare the position")
+            }
             Self::TooFar => f.write_str("the target is too many steps away; give a nearer one"),
             Self::ArcTooLong { chords, room } => write!(
                 f,

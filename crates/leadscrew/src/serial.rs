@@ -47,7 +47,6 @@ impl<'a> Serial<'a> {
     }
 
     /// Takes a received byte, and wakes the main loop. See [`Listener::receive`].
-    #[inline]
     pub fn receive(&mut self, byte: u8) -> Option<Realtime> {
         self.listener.receive(byte)
     }
@@ -134,7 +133,6 @@ impl Listener<'_> {
     ///
     /// Returns the realtime command if the byte is one, for a board that wants to act at once; the
     /// machine gets the command in any case.
-    #[inline]
     pub fn receive(&mut self, byte: u8) -> Option<Realtime> {
         let realtime = self.receiver.receive(byte);
         self.bells.machine.ring();

@@ -43,7 +43,6 @@ impl<S: OutputPin, D: OutputPin<Error = S::Error>, const MOTORS: usize> StepPins
 {
     type Error = S::Error;
 
-    #[inline]
     fn set_steps(&mut self, of: MotorMask, levels: MotorMask) -> Result<(), S::Error> {
         for (motor, (step, _)) in self.pins.iter_mut().enumerate() {
             if of.contains(motor) {
@@ -53,7 +52,6 @@ impl<S: OutputPin, D: OutputPin<Error = S::Error>, const MOTORS: usize> StepPins
         Ok(())
     }
 
-    #[inline]
     fn set_directions(&mut self, levels: MotorMask) -> Result<(), S::Error> {
         for (motor, (_, direction)) in self.pins.iter_mut().enumerate() {
             direction.set_state(PinState::from(levels.contains(motor)))?;

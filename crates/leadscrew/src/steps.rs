@@ -99,7 +99,6 @@ impl<P: Port, const MOTORS: usize> Stepping<'_, P, MOTORS> {
     ///
     /// Returns `true` if there is room for a segment, or motion has ended. The main loop is woken
     /// then; nothing is left to do for the caller.
-    #[inline]
     pub fn tick(&mut self) -> bool {
         let words = self.steps.words;
         if let Some((pulse, power)) = words.take_order() {
@@ -130,7 +129,6 @@ impl<P: Port, const MOTORS: usize> Stepping<'_, P, MOTORS> {
 
     /// Ends a pulse: the handler of a port's second timer, with the priority of the first. With
     /// [`Steps::on`] there is none, because [`Stepping::tick`] ends pulses.
-    #[inline]
     pub fn pulse_end(&mut self) {
         self.port.end_pulse();
     }
@@ -140,7 +138,6 @@ impl<P: Port, const MOTORS: usize> Stepping<'_, P, MOTORS> {
         &mut self.port
     }
 
-    #[cold]
     fn obey(&mut self, pulse: &Pulse, power: Power) {
         self.port.configure(pulse);
         self.port.set_power(power);

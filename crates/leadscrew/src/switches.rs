@@ -14,7 +14,7 @@ pub struct Switches<'a, const MOTORS: usize> {
 /// The pins of switches, each of which may be missing. They are pulled up; a closed switch is low,
 /// or high with `$5` (limits) and `$6` (probe).
 ///
-/// All pins have one type, as those of [`crate::Outputs`].
+/// All pins have the same type, as in [`crate::Outputs`].
 #[must_use]
 pub struct SwitchPins<P, const MOTORS: usize> {
     limits: [Option<P>; MOTORS],

@@ -40,7 +40,6 @@ pub trait Light {
 pub struct WithoutLight;
 
 impl Light for WithoutLight {
-    #[inline]
     fn shine(&mut self, _: Power) -> Result<(), Fault> {
         Ok(())
     }
@@ -65,7 +64,6 @@ impl<L: SetDutyCycle> Pwm<L> {
 }
 
 impl<L: SetDutyCycle> Light for Pwm<L> {
-    #[inline]
     fn shine(&mut self, power: Power) -> Result<(), Fault> {
         self.set(power).map_err(|_| Fault::Laser)
     }
@@ -115,7 +113,6 @@ impl<'a, S: StepPins, A: Alarm, L: Light, const MOTORS: usize> Timed<'a, S, A, L
     }
 
     /// Asks for the interrupt of what comes next.
-    #[inline]
     fn ring(&mut self) {
         match (self.ticks, self.pulse_end) {
             (true, Some(end)) if is_before(end, self.due) => self.alarm.ring_at(end),
@@ -131,7 +128,6 @@ impl<'a, S: StepPins, A: Alarm, L: Light, const MOTORS: usize> Timed<'a, S, A, L
         self.check(put);
     }
 
-    #[inline]
     fn check<E>(&self, done: Result<(), E>) {
         if done.is_err() {
             self.words.fail(Fault::StepPin);
@@ -140,13 +136,11 @@ impl<'a, S: StepPins, A: Alarm, L: Light, const MOTORS: usize> Timed<'a, S, A, L
 }
 
 /// Whether a count comes before another one, as counts wrap around.
-#[inline]
 fn is_before(one: u32, other: u32) -> bool {
     one.wrapping_sub(other).cast_signed() < 0
 }
 
 impl<S: StepPins, A: Alarm, L: Light, const MOTORS: usize> StepPort for Timed<'_, S, A, L, MOTORS> {
-    #[inline]
     fn step(&mut self, motors: MotorMask) {
         let levels = motors.bits() ^ self.pulse.step_invert.bits();
         let put = self.pins.set_steps(motors, MotorMask::from_bits(levels));
@@ -164,7 +158,6 @@ impl<S: StepPins, A: Alarm, L: Light, const MOTORS: usize> StepPort for Timed<'_
 
     fn change_outputs(&mut self, _: OutputChange) {}
 
-    #[inline]
     fn set_power(&mut self, power: Power) {
         self.words.note_power(power);
         if let Err(fault) = self.light.shine(power) {
@@ -172,12 +165,10 @@ impl<S: StepPins, A: Alarm, L: Light, const MOTORS: usize> StepPort for Timed<'_
         }
     }
 
-    #[inline]
     fn arm(&mut self, wait: Ticks) {
         self.due = self.due.wrapping_add(wait.0);
     }
 
-    #[inline]
     fn make_up(&mut self) -> bool {
         self.ring();
         !is_before(self.alarm.count(), self.due)
@@ -206,7 +197,6 @@ impl<S: StepPins, A: Alarm, L: Light, const MOTORS: usize> Port for Timed<'_, S,
         self.ticks = true;
     }
 
-    #[inline]
     fn is_due(&mut self) -> bool {
         let now = self.alarm.count();
         if self.pulse_end.is_some_and(|end| !is_before(now, end)) {

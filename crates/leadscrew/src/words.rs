@@ -1,4 +1,5 @@
-//! The words that the contexts of a board share, besides those of the machine itself.
+//! Words that the main loop, the step interrupt and the switch interrupt share. The machine has
+//! words of its own besides.
 //!
 //! ```text
 //!  main loop --- orders: wiring, power --> step interrupt

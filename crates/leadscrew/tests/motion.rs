@@ -209,6 +209,8 @@ fn a_refused_move_says_why_and_changes_nothing() {
     }
     assert!((64..=128).contains(&queued), "{queued}");
     assert_eq!(motion.move_to([0.0, 1.0], speed), Err(MotionError::Full));
+    let declared = motion.set_position([0.0, 0.0]);
+    assert_eq!(declared, Err(MotionError::NotIdle));
 }
 
 #[test]

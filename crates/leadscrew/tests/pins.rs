@@ -124,7 +124,7 @@ fn a_step_pin_that_fails_stops_the_machine_which_says_so_and_stays_locked() {
         assert!(board.heard.contains("ALARM:3"), "{}", board.heard);
         assert!(board
             .heard
-            .contains("[MSG:A step or direction pin failed: mend it, then power up anew]"));
+            .contains("[MSG:A step or direction pin failed: mend it, then power off and on]"));
         assert_eq!(board.machine.fault(), Some(leadscrew::Fault::StepPin));
         board.job("$X\n");
         assert!(board.heard.ends_with("error:9\r\n"), "{}", board.heard);
