@@ -109,7 +109,7 @@ impl HeaterConfig {
 }
 
 impl HeatConfig {
-    /// Checks the configuration together with that of its heaters, as [`crate::Heat::new`] does.
+    /// Checks this configuration and those of its heaters. [`crate::Heat::new`] calls it.
     ///
     /// # Errors
     /// A value with which a heater would not be watched.

@@ -1,4 +1,4 @@
-//! Words of LinuxCNC's that Grbl has not. The meanings are those of its G-code reference.
+//! LinuxCNC's words that Grbl does not have. LinuxCNC's G-code reference defines them.
 
 use super::{expect_at_power_up, Bench};
 use crate::{AxisKind, Dialect};

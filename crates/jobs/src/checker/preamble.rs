@@ -31,7 +31,7 @@ pub struct Ask {
 pub enum RestError {
     /// The job has parameters, expressions or O words, whose values only its beginning sets.
     Program,
-    /// The job has only so many lines.
+    /// The job ends at this line.
     NoSuchLine(u64),
     /// The machine refuses a line before it: the complaint.
     Refused(String),
