@@ -9,7 +9,7 @@
 //!
 //! The scripts in `tests/senders` drive the senders' own code. The verdict does not trust the
 //! senders' reports. It comes from the bytes on a sender's line, and from the machine's states that
-//! a second client has seen.
+//! the sender and a second client were told.
 
 mod observer;
 mod place;

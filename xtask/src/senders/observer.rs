@@ -1,4 +1,4 @@
-//! A second client that watches the machine while a sender works.
+//! A second client that asks for the machine's state while a sender works.
 
 use crate::failure::Failure;
 use std::{
@@ -27,22 +27,20 @@ pub(super) struct Sight {
     pub(super) position: Vec<f64>,
 }
 
-/// Everything that the observer saw.
-#[derive(Default, Debug)]
-pub(super) struct Seen {
-    /// The sights while the sender was there; equal sights in a row are kept once.
-    pub(super) sights: Vec<Sight>,
-    /// The sight at rest, after the sender had gone.
-    pub(super) last: Option<Sight>,
-    /// The sight after the observer had asked for a move of a millimetre in X; `None` where the
+/// What the observer saw after the sender had gone.
+#[derive(Debug)]
+pub(super) struct Rest {
+    /// The sight at rest.
+    pub(super) last: Sight,
+    /// The sight after the observer had asked for a move of a millimetre in X; `None` if the
     /// machine refused the move.
     pub(super) moved: Option<Sight>,
 }
 
-/// Watches the machine in a thread of its own.
+/// Asks for the state in a thread of its own. The server's log has the answers.
 pub(super) struct Observer {
     gone: Arc<AtomicBool>,
-    thread: JoinHandle<io::Result<Seen>>,
+    thread: JoinHandle<io::Result<Rest>>,
 }
 
 impl Observer {
@@ -50,17 +48,17 @@ impl Observer {
     pub(super) fn start(address: &str) -> Result<Self, Failure> {
         let stream = TcpStream::connect(address).map_err(Failure::file(address))?;
         let gone = Arc::new(AtomicBool::new(false));
-        let seen = gone.clone();
-        let thread = thread::spawn(move || Watch::new(stream)?.watch(&seen));
+        let told = gone.clone();
+        let thread = thread::spawn(move || Watch::new(stream)?.watch(&told));
         Ok(Self { gone, thread })
     }
 
     /// To be called when the sender has gone: waits for rest, and asks for a move.
-    pub(super) fn finish(self) -> Result<Seen, Failure> {
+    pub(super) fn finish(self) -> Result<Rest, Failure> {
         self.gone.store(true, Ordering::Relaxed);
         let joined = self.thread.join();
-        let seen = joined.map_err(|_| Failure::finding("the observer has panicked"))?;
-        seen.map_err(Failure::file("the observer's line"))
+        let rest = joined.map_err(|_| Failure::finding("the observer has panicked"))?;
+        rest.map_err(Failure::file("the observer's line"))
     }
 }
 
@@ -77,20 +75,14 @@ impl Watch {
         Ok(Self { to, from })
     }
 
-    fn watch(mut self, gone: &AtomicBool) -> io::Result<Seen> {
-        let mut seen = Seen::default();
+    fn watch(mut self, gone: &AtomicBool) -> io::Result<Rest> {
         while !gone.load(Ordering::Relaxed) {
-            let sight = self.look()?;
-            if seen.sights.last() != Some(&sight) {
-                seen.sights.push(sight);
-            }
+            self.look()?;
             thread::sleep(POLL);
         }
-        seen.last = Some(self.rest()?);
-        if self.say("G91 G0 X1")? {
-            seen.moved = Some(self.rest()?);
-        }
-        Ok(seen)
+        let last = self.rest()?;
+        let moved = self.say("G91 G0 X1")?.then(|| self.rest()).transpose()?;
+        Ok(Rest { last, moved })
     }
 
     /// The next report that shows no motion. If motion does not end in time, the last report.
@@ -108,7 +100,7 @@ impl Watch {
     fn look(&mut self) -> io::Result<Sight> {
         self.to.write_all(b"?")?;
         loop {
-            if let Some(sight) = sight(&self.line()?) {
+            if let Some(sight) = Sight::read(&self.line()?) {
                 return Ok(sight);
             }
         }
@@ -134,13 +126,16 @@ impl Watch {
     }
 }
 
-fn sight(line: &str) -> Option<Sight> {
-    let mut fields = line.strip_prefix('<')?.strip_suffix('>')?.split('|');
-    let state = fields.next()?.to_owned();
-    let place = fields.find_map(|field| field.strip_prefix("MPos:"))?;
-    let position: Result<Vec<f64>, _> = place.split(',').map(str::parse).collect();
-    let position = position.ok()?;
-    Some(Sight { state, position })
+impl Sight {
+    /// Reads a status report.
+    pub(super) fn read(line: &str) -> Option<Self> {
+        let mut fields = line.strip_prefix('<')?.strip_suffix('>')?.split('|');
+        let state = fields.next()?.to_owned();
+        let place = fields.find_map(|field| field.strip_prefix("MPos:"))?;
+        let position: Result<Vec<f64>, _> = place.split(',').map(str::parse).collect();
+        let position = position.ok()?;
+        Some(Self { state, position })
+    }
 }
 
 #[cfg(test)]
@@ -149,12 +144,12 @@ mod tests {
 
     #[test]
     fn a_report_is_taken_apart_and_nothing_else_is_one() {
-        let seen = sight("<Hold:0|MPos:1.500,-2.000,0.000|FS:0,0>").unwrap();
+        let seen = Sight::read("<Hold:0|MPos:1.500,-2.000,0.000|FS:0,0>").unwrap();
         assert_eq!(
             (&*seen.state, seen.position),
             ("Hold:0", vec![1.5, -2.0, 0.0])
         );
-        assert_eq!(sight("ok"), None);
-        assert_eq!(sight("<Idle|WPos:1,2,3>"), None);
+        assert_eq!(Sight::read("ok"), None);
+        assert_eq!(Sight::read("<Idle|WPos:1,2,3>"), None);
     }
 }

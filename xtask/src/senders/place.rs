@@ -102,14 +102,14 @@ impl Place {
         let observer = Observer::start(&served.for_observer)?;
         let output = self.command(run, &served).output();
         let output = output.map_err(Failure::file(&self.scripts))?;
-        let seen = observer.finish()?;
+        let rest = observer.finish()?;
         // The server writes the log to its file ten times a second.
         thread::sleep(Duration::from_millis(300));
         let log = self.installed.join("wire.log");
         let text = fs::read_to_string(&log).map_err(Failure::file(&log))?;
         let wire = Wire::read(&text, run.sender.line());
         let mut faults: Vec<String> = (run.checks.iter())
-            .filter_map(|check| check.fault(&wire, &seen))
+            .filter_map(|check| check.fault(&wire, &rest))
             .collect();
         if output.status.code() != Some(run.code) {
             faults.insert(0, format!("{}, not {}", output.status, run.code));

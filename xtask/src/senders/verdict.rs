@@ -1,6 +1,6 @@
 //! Checks whether a sender did its job.
 
-use super::observer::{Seen, Sight};
+use super::observer::{Rest, Sight};
 use super::wire::{word, Wire};
 
 /// How far the machine may be from a target at rest, mm: half a step, and the report's third
@@ -35,20 +35,20 @@ pub(super) enum Check {
 
 impl Check {
     /// The fault, if the check fails.
-    pub(super) fn fault(self, wire: &Wire, seen: &Seen) -> Option<String> {
+    pub(super) fn fault(self, wire: &Wire, rest: &Rest) -> Option<String> {
         let holds = match self {
             Self::AllOk => return unanswered(wire),
-            Self::Ran => seen.sights.iter().any(|sight| sight.state == "Run"),
-            Self::EndsWhereSent => return elsewhere(wire, seen),
-            Self::HeldAndResumed => held_and_resumed(wire, &seen.sights),
-            Self::JoggedTo(x) => jogged_to(x, &seen.sights),
-            Self::Unlocked => in_order(&seen.sights, &["Alarm", "Idle"]) && !homed(&seen.sights),
-            Self::Homed => in_order(&seen.sights, &["Alarm", "Home", "Idle", "Run"]),
-            Self::ChangedTools(count) => changed_tools(count, wire, seen),
+            Self::Ran => wire.sights.iter().any(|sight| sight.state == "Run"),
+            Self::EndsWhereSent => return elsewhere(wire, rest),
+            Self::HeldAndResumed => held_and_resumed(wire, &wire.sights),
+            Self::JoggedTo(x) => jogged_to(x, &wire.sights),
+            Self::Unlocked => in_order(&wire.sights, &["Alarm", "Idle"]) && !homed(&wire.sights),
+            Self::Homed => in_order(&wire.sights, &["Alarm", "Home", "Idle", "Run"]),
+            Self::ChangedTools(count) => changed_tools(count, wire),
             Self::FollowsPlate => return off_the_plate(wire),
-            Self::StoppedInPlace => return not_in_place(wire, seen),
+            Self::StoppedInPlace => return not_in_place(wire, rest),
         };
-        (!holds).then(|| format!("{self:?} does not hold; states seen: {}", states(seen)))
+        (!holds).then(|| format!("{self:?} does not hold; states seen: {}", states(wire)))
     }
 }
 
@@ -65,27 +65,28 @@ fn unanswered(wire: &Wire) -> Option<String> {
         .then(|| format!("{ok} ok to {sent} lines, {bad} errors and alarms"))
 }
 
-fn elsewhere(wire: &Wire, seen: &Seen) -> Option<String> {
+fn elsewhere(wire: &Wire, rest: &Rest) -> Option<String> {
     let [x, y] = wire.last_target();
     let there = |sight: &Sight| sight.state == "Idle" && is_at(sight, [x, y]);
-    let last = seen.last.as_ref();
-    (!last.is_some_and(there)).then(|| format!("ends as {last:?}, not Idle at X{x} Y{y}"))
+    let last = &rest.last;
+    (!there(last)).then(|| format!("ends as {last:?}, not Idle at X{x} Y{y}"))
 }
 
-fn not_in_place(wire: &Wire, seen: &Seen) -> Option<String> {
-    let held = seen.sights.iter().rfind(|sight| sight.state == "Hold:0");
-    let (Some(held), Some(last)) = (held, &seen.last) else {
-        return Some(format!("no Hold:0; states seen: {}", states(seen)));
+fn not_in_place(wire: &Wire, rest: &Rest) -> Option<String> {
+    let held = wire.sights.iter().rfind(|sight| sight.state == "Hold:0");
+    let Some(held) = held else {
+        return Some(format!("no Hold:0; states seen: {}", states(wire)));
     };
+    let last = &rest.last;
     let asked = in_order(&wire.realtime, &["!", "\\x18"]);
     let free = last.state == "Idle" && last.position == held.position;
     let target = [last.position[0] + 1.0, last.position[1]];
-    let moved = seen
+    let moved = rest
         .moved
         .as_ref()
         .is_some_and(|sight| is_at(sight, target));
     let good = asked && free && moved;
-    (!good).then(|| format!("held as {held:?}, then {last:?}, then {:?}", seen.moved))
+    (!good).then(|| format!("held as {held:?}, then {last:?}, then {:?}", rest.moved))
 }
 
 fn held_and_resumed(wire: &Wire, sights: &[Sight]) -> bool {
@@ -102,12 +103,12 @@ fn held_and_resumed(wire: &Wire, sights: &[Sight]) -> bool {
     in_order(&wire.realtime, &["!", "~"]) && moved_on == Some(true)
 }
 
-fn changed_tools(count: usize, wire: &Wire, seen: &Seen) -> bool {
+fn changed_tools(count: usize, wire: &Wire) -> bool {
     let asked = |line: &&String| line.starts_with("[MSG:Tool ");
     let resumed = |byte: &&String| *byte == "~";
     wire.answers.iter().filter(asked).count() == count
         && wire.realtime.iter().filter(resumed).count() == count
-        && in_order(&seen.sights, &["Run", "Hold:0", "Run", "Hold:0", "Run"])
+        && in_order(&wire.sights, &["Run", "Hold:0", "Run", "Hold:0", "Run"])
 }
 
 /// The height of the plate of `tests/senders/bench.toml`, mm.
@@ -185,8 +186,8 @@ impl AsRef<str> for Sight {
     }
 }
 
-fn states(seen: &Seen) -> String {
-    let mut states: Vec<&str> = seen.sights.iter().map(AsRef::as_ref).collect();
+fn states(wire: &Wire) -> String {
+    let mut states: Vec<&str> = wire.sights.iter().map(AsRef::as_ref).collect();
     states.dedup();
     states.join(" ")
 }
@@ -200,17 +201,14 @@ mod tests {
         Sight { state, position }
     }
 
-    fn seen(states: &[(&str, f64)]) -> Seen {
-        let sights: Vec<Sight> = states.iter().map(|(state, x)| sight(state, *x)).collect();
-        let last = sights.last().cloned();
-        let moved = last
-            .as_ref()
-            .map(|last| sight("Idle", last.position[0] + 1.0));
-        Seen {
-            sights,
-            last,
-            moved,
-        }
+    fn sights(states: &[(&str, f64)]) -> Vec<Sight> {
+        states.iter().map(|(state, x)| sight(state, *x)).collect()
+    }
+
+    fn rest(states: &[(&str, f64)]) -> Rest {
+        let last = sights(states).pop().unwrap_or_else(|| sight("Alarm", 0.0));
+        let moved = Some(sight("Idle", last.position[0] + 1.0));
+        Rest { last, moved }
     }
 
     fn wire(realtime: &[&str]) -> Wire {
@@ -219,11 +217,16 @@ mod tests {
             sent: owned(&["G1X1", "G1X5"]),
             realtime: owned(realtime),
             answers: owned(&["ok", "ok"]),
+            sights: Vec::new(),
         }
     }
 
     fn holds(check: Check, realtime: &[&str], states: &[(&str, f64)]) -> bool {
-        check.fault(&wire(realtime), &seen(states)).is_none()
+        let wire = Wire {
+            sights: sights(states),
+            ..wire(realtime)
+        };
+        check.fault(&wire, &rest(states)).is_none()
     }
 
     #[test]
@@ -257,10 +260,13 @@ mod tests {
             .into();
         let mut wire = wire(&["?", "~", "~"]);
         wire.answers = vec!["[MSG:Tool 1, then ~]".into(), "[MSG:Tool 2, then ~]".into()];
-        assert!(changed_tools(2, &wire, &seen(&states)));
-        assert!(!changed_tools(2, &wire, &seen(&states[..4])));
+        wire.sights = sights(&states);
+        assert!(changed_tools(2, &wire));
+        wire.sights.truncate(4);
+        assert!(!changed_tools(2, &wire));
+        wire.sights = sights(&states);
         wire.answers.pop();
-        assert!(!changed_tools(2, &wire, &seen(&states)));
+        assert!(!changed_tools(2, &wire));
     }
 
     #[test]

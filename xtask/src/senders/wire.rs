@@ -1,4 +1,6 @@
-//! The bytes on a sender's line, from the server's log.
+//! The bytes on a sender's line, and the machine's states, from the server's log.
+
+use super::observer::Sight;
 
 /// The lines and bytes of both sides, in order.
 #[derive(Default, Debug)]
@@ -9,28 +11,40 @@ pub(super) struct Wire {
     pub(super) realtime: Vec<String>,
     /// The lines of the machine while a sender was connected.
     pub(super) answers: Vec<String>,
+    /// The reports to every line, the observer's with them, until the sender had gone. A computer
+    /// that is busy may keep one client waiting for a second; two see more.
+    pub(super) sights: Vec<Sight>,
+}
+
+/// A row of the log.
+struct Row<'a> {
+    line: &'a str,
+    way: &'a str,
+    text: &'a str,
 }
 
 impl Wire {
-    /// Reads the entries of the line with this number from a log.
+    /// Reads a log. The sender's line has this number.
     ///
     /// ```text
     ///     12.034567 0 < G1X10F600          seconds, line, to or from the machine
     /// ```
     pub(super) fn read(log: &str, number: &str) -> Self {
-        let mut wire = Self::default();
-        for row in log.lines() {
-            let mut parts = row.trim_start().splitn(4, ' ');
-            let (_, line) = (parts.next(), parts.next().unwrap_or_default());
-            let (way, text) = (parts.next(), parts.next().unwrap_or_default().to_owned());
-            if line != number {
-                continue;
-            }
-            match way {
-                Some("<") if is_realtime(&text) => wire.realtime.push(text),
-                Some("<") => wire.sent.push(text),
-                Some(">") => wire.answers.push(text),
-                Some(_) | None => {}
+        let rows: Vec<Row<'_>> = log.lines().filter_map(Row::read).collect();
+        let last = rows.iter().rposition(|row| row.line == number);
+        let rows = &rows[..last.map_or(0, |last| last + 1)];
+        let sights = rows.iter().filter(|row| row.way == ">");
+        let mut wire = Self {
+            sights: sights.filter_map(|row| Sight::read(row.text)).collect(),
+            ..Self::default()
+        };
+        for row in rows.iter().filter(|row| row.line == number) {
+            let text = row.text.to_owned();
+            match row.way {
+                "<" if is_realtime(&text) => wire.realtime.push(text),
+                "<" => wire.sent.push(text),
+                ">" => wire.answers.push(text),
+                _ => {}
             }
         }
         wire
@@ -46,6 +60,15 @@ impl Wire {
             }
         }
         target
+    }
+}
+
+impl<'a> Row<'a> {
+    fn read(row: &'a str) -> Option<Self> {
+        let mut parts = row.trim_start().splitn(4, ' ').skip(1);
+        let (line, way) = (parts.next()?, parts.next()?);
+        let text = parts.next().unwrap_or_default();
+        Some(Self { line, way, text })
     }
 }
 
@@ -75,6 +98,7 @@ mod tests {
      1.954912 1 < $J=G91 X9
      1.954912 1 < G1 Y3
      1.954912 1 . the client has gone
+     1.964912 2 > <Run|MPos:0.000,0.000,0.000>
 ";
 
     #[test]
@@ -84,6 +108,13 @@ mod tests {
         assert_eq!(wire.sent, sent);
         assert_eq!(wire.realtime, ["\\x91", "?"]);
         assert_eq!(wire.answers, ["ok"]);
+    }
+
+    #[test]
+    fn reports_to_another_line_are_seen_until_the_sender_has_gone() {
+        let sights = Wire::read(LOG, "1").sights;
+        let states: Vec<&str> = sights.iter().map(|sight| &*sight.state).collect();
+        assert_eq!(states, ["Idle"]);
     }
 
     #[test]
