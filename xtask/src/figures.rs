@@ -40,7 +40,7 @@ const SECTIONS: [(&str, &[&str]); 4] = [
     (
         "The firmware, emulated",
         &[
-            "cargo fw-test step-interrupt costs jitter together rate raster",
+            "cargo fw-test step-interrupt jitter together rate raster",
             "cargo fw-test --rates",
         ],
     ),
