@@ -100,6 +100,7 @@ impl Course {
             keep_answers: self.keep_answers,
             warn: false,
             only_times: self.only_times,
+            knows_place: false,
             tell: teller(self.quiet),
         };
         let (size, reader) = text.open()?;

@@ -233,6 +233,7 @@ fn stream<'a>(args: &JobArgs, machine: &'a Machine, outputs: &Outputs) -> Stream
         keep_answers: outputs.sketch.path.is_drawn(),
         warn: args.json,
         only_times: false,
+        knows_place: true,
         tell: teller(args.quiet),
     }
 }

@@ -223,6 +223,7 @@ fn time(
         keep_answers: true,
         warn: false,
         only_times: false,
+        knows_place: false,
         tell: |_| {},
     };
     let text = Watched {

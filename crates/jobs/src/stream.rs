@@ -56,6 +56,9 @@ pub struct Stream<'a> {
     pub warn: bool,
     /// Whether only times count: no step is seen by an observer, and no peak is measured.
     pub only_times: bool,
+    /// Whether the carriages stand where the machine's file puts them: a job ends before a line
+    /// that they cannot follow. Otherwise the job is run for what it does, wherever it begins.
+    pub knows_place: bool,
     /// Is called with news while the job runs.
     pub tell: fn(&News<'_>),
 }
@@ -168,13 +171,17 @@ impl Stream<'_> {
     }
 
     fn complaints(&self, name: &str, faults: Faults, reads_machine: bool) -> Complaints {
-        let checker =
-            (self.warn || !self.keep_going || reads_machine).then(|| follow(name, self.machine));
+        let looks_ahead = self.warn || !self.keep_going || reads_machine || self.knows_place;
+        let mut checker = looks_ahead.then(|| follow(name, self.machine));
+        if let Some(checker) = checker.as_mut().filter(|_| self.knows_place) {
+            checker.know_carriages();
+        }
         Complaints {
             answered: self.keep_answers.then(Vec::new),
             sizes: self.keep_answers.then(Sizes::default),
             remarks: self.warn.then(Remarks::default),
             keep_going: self.keep_going,
+            knows_place: self.knows_place,
             ..Complaints::new(name, faults, checker, self.tell)
         }
     }

@@ -38,6 +38,7 @@ pub fn time(machine: &Machine, rate: Rate, name: &str, text: impl BufRead) -> io
         keep_answers: false,
         warn: false,
         only_times: true,
+        knows_place: false,
         tell: |_| {},
     };
     let done = stream.run(name, text, ())?;

@@ -66,6 +66,18 @@ const RESET: u8 = 0x18;
 /// The beginning of the line that the machine says after a reset.
 const BANNER: &[u8] = b"Grbl ";
 
+/// What a sender does with the next line of its program.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Then {
+    /// It sends it as soon as it fits.
+    GoOn,
+    /// It sends it, and waits for its answer before it sends more: the machine will probably refuse
+    /// it, and the program is to stop there.
+    Await,
+    /// It sends neither this line nor any after it.
+    Stop,
+}
+
 /// Takes the machine's replies, in order.
 pub trait Replies {
     /// A reply has come in at `now`.
@@ -77,11 +89,10 @@ pub trait Replies {
         let _ = (number, line);
     }
 
-    /// Whether the sender must wait for the answer to `line`, which is about to be sent, before it
-    /// sends more: the machine will probably refuse `line`, and the program is to stop there.
-    fn is_last(&mut self, line: &[u8]) -> bool {
+    /// What to do with `line`, which is about to be sent, and those after it.
+    fn before(&mut self, line: &[u8]) -> Then {
         let _ = line;
-        false
+        Then::GoOn
     }
 
     /// What a program may know of the machine after the line read last.
@@ -276,7 +287,12 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
             Ok(Next::Line) => {
                 let number = self.lines.number();
                 self.replies.read(number, &self.line);
-                self.last = self.replies.is_last(&self.line) || self.lines.waits();
+                let then = self.replies.before(&self.line);
+                self.last = then == Then::Await || self.lines.waits();
+                if then == Then::Stop {
+                    self.state = Sending::Done;
+                    return None;
+                }
                 Some(number)
             }
             Ok(Next::Begins) if self.pending.is_empty() => self.read(),
@@ -596,8 +612,11 @@ mod tests {
     impl Replies for Expects {
         fn reply(&mut self, _: &Reply<'_>, _: Cycle) {}
 
-        fn is_last(&mut self, line: &[u8]) -> bool {
-            line.contains(&b'7')
+        fn before(&mut self, line: &[u8]) -> Then {
+            match line.contains(&b'7') {
+                true => Then::Await,
+                false => Then::GoOn,
+            }
         }
     }
 

@@ -127,6 +127,7 @@ impl<const AXES: usize> Checker<AXES> {
             (LineFaultKind::Refused(fault), detail)
         };
         self.check_travel(&target).map_err(outside)?;
+        self.check_frame(&target)?;
         if target != *self.interpreter.position() {
             (self.state, self.moves) = (State::Jog, true);
         }
@@ -266,6 +267,7 @@ impl<const AXES: usize> Checker<AXES> {
         self.path.resume_at(mm(&position));
         self.moves = false;
         self.homed |= mask;
+        self.home_carriages(mask);
         if let Some(standing) = &mut self.standing {
             standing.home(mask);
         }

@@ -31,6 +31,7 @@ pub use heat::{Fan, HeaterTable, Heaters, SensorTable};
 pub use named::{
     Bounds, DeadMan, Homing, Laser, Motors, Path as PathSettings, Reports, Spindle, Streaming,
 };
+pub use plan::Room;
 pub use tools::{ShownAs, ToolChangeTable, ToolSwitchesTable};
 pub use value::{
     AxisLetter, AxisLetters, BufferSize, Celsius, LookAhead, OutputCount, PerSecond, Place,

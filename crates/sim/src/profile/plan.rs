@@ -2,8 +2,8 @@
 //! switches.
 
 use super::{
-    Axes, Axis, AxisLetters, Belts, End, GantryAxis, Limits, OutputsTable, Positive, Profile,
-    SecondMotor, Stops, ToolSwitchesTable, MOST_AXES,
+    Axes, Axis, AxisLetters, Belts, End, GantryAxis, Limits, OutputsTable, Place, Positive,
+    Profile, SecondMotor, Stops, ToolSwitchesTable, MOST_AXES,
 };
 use crate::contacts::Contacts;
 use crate::plant::{Pin, Plate, Side, Switch};
@@ -31,6 +31,21 @@ const GRBL_TRAVEL: f64 = 200.0;
 
 /// Bytes of unanswered lines that a sender may have sent, where the profile does not say.
 const RECEIVE_BUFFER: u16 = 1024;
+
+/// Where the carriage of an axis can go, mm on the axis' own scale.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Room {
+    /// Where it stands at power-up.
+    pub start: f64,
+    /// Where its switch at the low end closes.
+    pub low: Option<f64>,
+    /// Where its switch at the high end closes.
+    pub high: Option<f64>,
+    /// Whether it may pass its switches: they serve homing only.
+    pub passes: bool,
+    /// Steps of its motor in a millimetre.
+    pub steps_per_mm: f64,
+}
 
 impl Profile {
     /// The number of axes: 3 to 6.
@@ -288,6 +303,20 @@ impl Profile {
             (*a, *b) = (*a + *b, *a - *b);
         }
         motors
+    }
+
+    /// The rooms of the axes' carriages, in order; `None` for an axis without a limit switch.
+    pub fn rooms(&self) -> Vec<Option<Room>> {
+        let room = |axis: &Axis| Room {
+            start: axis.start.mm(),
+            low: axis.limits.low.map(Place::mm),
+            high: axis.limits.high.map(Place::mm),
+            passes: axis.stops == Stops::Homing,
+            steps_per_mm: steps_per_mm(axis),
+        };
+        let has_end = |axis: &Axis| axis.limits.low.is_some() || axis.limits.high.is_some();
+        let all = self.all_axes();
+        all.map(|axis| has_end(axis).then(|| room(axis))).collect()
     }
 
     /// The limit switches at both ends of a motor's travel.
