@@ -18,7 +18,7 @@ const ACTS: u64 = 1_000;
 /// The time within which a report must be answered, µs.
 const ANSWERS: u64 = 5_000;
 
-/// The state that must follow a byte; `None` where the state stays.
+/// The state that must follow a byte; `None` if the state stays.
 fn becomes(state: State, byte: u8) -> Option<fn(State) -> bool> {
     let hold: fn(State) -> bool = |state| matches!(state, State::Hold(_));
     let door: fn(State) -> bool = |state| matches!(state, State::Door(_));

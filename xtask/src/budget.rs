@@ -18,7 +18,7 @@ pub(crate) struct Budget {
     pub(crate) program: String,
     /// The region of that program.
     pub(crate) region: usize,
-    /// The number of step events in a sample; 1 where the count is for the whole sample.
+    /// The number of step events in a sample; 1 if the count is for the whole sample.
     per: f64,
     /// The highest mean allowed.
     mean: f64,

@@ -151,7 +151,7 @@ pub(crate) const MACHINE: &str = "LEADSCREW_MACHINE";
 /// The variable that asks for an image which reads its board from a record.
 pub(crate) const RECORD: &str = "LEADSCREW_RECORD";
 
-/// The variable that says how many motors such an image has, where the record says how they move
+/// The variable that says how many motors such an image has, if the record says how they move
 /// the axes.
 pub(crate) const MOTORS: &str = "LEADSCREW_MOTORS";
 

@@ -216,7 +216,7 @@ fn sysroot(rustc: &str) -> Option<PathBuf> {
     Some(PathBuf::from(path.trim()))
 }
 
-/// The linker that rustup ships with its compiler. Where it is missing, as with Debian's compiler,
+/// The linker that rustup ships with its compiler. If it is missing, as with Debian's compiler,
 /// the GNU linker, or LLVM's for a browser.
 fn find_linker(target: &str) -> PathBuf {
     let other = match target {

@@ -52,7 +52,7 @@ use wired as ports;
 #[cfg(windings)]
 pub(crate) use windings::energise;
 
-/// The interrupt of TIM11: the main loop pends it where there is something to start, or new tables
+/// The interrupt of TIM11: the main loop pends it if there is something to start, or new tables
 /// to follow.
 pub(crate) const PULSE_END_INTERRUPT: Interrupt = Interrupt::TIM1_TRG_COM_TIM11;
 

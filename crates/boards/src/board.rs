@@ -28,7 +28,7 @@ pub struct Board {
     #[serde(default)]
     pub kinematics: Kinematics,
     /// Axes that home together, in the order in which they home, as in `["Z", "XY"]`; Grbl's order
-    /// where it is left out.
+    /// if it is left out.
     pub homing: Option<Vec<String>>,
     /// Settings that a new machine has instead of Grbl's: `"$4" = 1`.
     #[serde(default)]
@@ -205,7 +205,7 @@ pub struct Sockets {
     pub heater_fault: Option<Input>,
     /// A fan, on or off.
     pub fan: Option<Output>,
-    /// The reference voltage of the analogue-to-digital converter, V; 3.3 where it is left out.
+    /// The reference voltage of the analogue-to-digital converter, V; 3.3 if it is left out.
     pub reference: Option<f32>,
 }
 
@@ -254,7 +254,7 @@ impl Board {
     /// of this name in `folder`.
     ///
     /// # Errors
-    /// Where there is neither, or the file does not describe a board; the message says where and
+    /// If there is neither, or the file does not describe a board; the message says where and
     /// why.
     pub fn find(asked: &str, folder: &Path) -> Result<Self, String> {
         let name = shown(asked);

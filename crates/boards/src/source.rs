@@ -65,7 +65,7 @@ impl Board {
         format!("pub(crate) const SAFE: [(Pin, bool); {count}] = {pins};\n")
     }
 
-    /// The sensors of the heaters and the input of their fault, where there are heaters.
+    /// The sensors of the heaters and the input of their fault, if there are heaters.
     fn sensors(&self) -> String {
         let heaters = &self.sockets.heaters;
         if heaters.is_empty() {

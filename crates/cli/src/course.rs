@@ -45,7 +45,7 @@ impl Text {
         })
     }
 
-    /// The text from its beginning, and its size where that is known.
+    /// The text from its beginning, and its size if that is known.
     fn open(&self) -> Result<(Option<u64>, Box<dyn BufRead + '_>), Unusable> {
         match &self.source {
             Source::File(file) => {

@@ -52,7 +52,7 @@ impl std::error::Error for InputError {}
 pub(super) struct Job {
     /// The name in messages.
     pub(super) name: String,
-    /// Its size in bytes, where that is known.
+    /// Its size in bytes, if that is known.
     pub(super) size: Option<u64>,
     /// Its first bytes.
     pub(super) head: Vec<u8>,
@@ -194,7 +194,7 @@ fn is_wide(head: &[u8]) -> bool {
     has_mark || head.len() >= 4 && (nuls(0) && is_plain(1) || nuls(1) && is_plain(0))
 }
 
-/// The offset of the first control byte, where there are too many of them for text: more than one
+/// The offset of the first control byte, if there are too many of them for text: more than one
 /// byte in four. (A few NULs in a text do no harm: the machine drops them.)
 fn binary_at(head: &[u8]) -> Option<usize> {
     let control = |b: &u8| *b < 0x20 && !matches!(b, b'\t' | b'\n' | b'\r' | 0x0B | 0x0C);

@@ -38,7 +38,7 @@ pub(super) struct Report {
     pub(super) turning: Vec<char>,
     /// Steps/mm of each axis.
     pub(super) steps_per_mm: Vec<f64>,
-    /// Steps of a turn of each axis's motor, where that is known.
+    /// Steps of a turn of each axis's motor, if that is known.
     pub(super) steps_per_rev: Vec<Option<f64>>,
     /// Whether motors 0 and 1 turn X and Y together, by crossed belts.
     pub(super) crossed: bool,
@@ -48,7 +48,7 @@ pub(super) struct Report {
     pub(super) cut_mm: f64,
     /// Length of all other moves, mm.
     pub(super) travel_mm: f64,
-    /// Bits a second of the serial line; `None` where the line never waits.
+    /// Bits a second of the serial line; `None` if the line never waits.
     pub(super) baud: Option<NonZeroU32>,
     /// How the job ended.
     pub(super) end: End,
@@ -329,7 +329,7 @@ fn row(f: &mut fmt::Formatter<'_>, name: &str, value: &str) -> fmt::Result {
     writeln!(f, "  {name:<12} {value}")
 }
 
-/// The reports of jobs as JSON: one object, or an array where there may be several jobs.
+/// The reports of jobs as JSON: one object, or an array if there may be several jobs.
 pub(super) fn json_text(reports: &[impl Serialize], is_one: bool) -> String {
     let text = match (is_one, reports) {
         (true, [one]) => serde_json::to_string_pretty(one),

@@ -274,7 +274,7 @@ fn write_pictures(
     Ok(())
 }
 
-/// The S value of a laser's full power; `None` where S is a spindle's speed.
+/// The S value of a laser's full power; `None` if S is a spindle's speed.
 pub(super) fn full_power(machine: &Machine) -> Option<f64> {
     let settings = &machine.settings;
     let full = f64::from(settings.value(Setting::MaxSpeed).to_f32());

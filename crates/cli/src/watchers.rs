@@ -172,7 +172,7 @@ pub(super) struct Sketch {
     /// The path of the tool.
     pub(super) path: Toolpath,
     tooling: Tooling,
-    /// The recorder of the speed; `None` where it is not needed.
+    /// The recorder of the speed; `None` if it is not needed.
     pub(super) speed: Option<Recorder>,
     /// One entry for each move of the path, except its start.
     pub(super) ways: Vec<Way>,

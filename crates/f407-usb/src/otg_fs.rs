@@ -159,7 +159,7 @@ impl Place {
     /// connected to the controller. `cpu_hz` is the clock of the CPU, and `unique` the chip's
     /// number, from which the host makes a name that stays.
     ///
-    /// `None` where the driver refuses these values, which never happens.
+    /// `None` if the driver refuses these values, which never happens.
     #[inline(never)] // values that are moved are on the stack only during this call
     pub fn start(
         &'static mut self,

@@ -501,7 +501,7 @@ impl Machine {
     /// Changes RAM as a debugger does: at the addresses that the core sees.
     ///
     /// # Panics
-    /// Where there is no RAM.
+    /// If there is no RAM.
     pub fn poke(&mut self, address: u32, bytes: &[u8]) {
         for (address, byte) in (address..).zip(bytes) {
             let place = self.memory.place(address);

@@ -114,7 +114,7 @@ impl Heater {
         self.celsius
     }
 
-    /// Its target, °C; 0 where it is off.
+    /// Its target, °C; 0 if it is off.
     pub const fn target(&self) -> f32 {
         self.target
     }

@@ -67,7 +67,7 @@ pub trait HeatPort {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Gates {
     /// The extruder's axis, counted from 0, which does not turn below the heater's
-    /// [`Limits::extrusion`]; `None` where there is none.
+    /// [`Limits::extrusion`]; `None` if there is none.
     pub extruder_axis: Option<usize>,
     /// The outputs (M62, M64) that go on only from that temperature on, one bit for each output.
     pub feeders: u8,
@@ -82,7 +82,7 @@ pub struct HeatConfig {
     pub gates: Gates,
     /// The heater of M104 and M109, counted from 0.
     pub nozzle: usize,
-    /// The heater of M140 and M190, counted from 0; `None` where there is no bed.
+    /// The heater of M140 and M190, counted from 0; `None` if there is no bed.
     pub bed: Option<usize>,
     /// The reference voltage of the sensors, V.
     pub reference: f32,

@@ -49,7 +49,7 @@ pub(super) fn centre_from_radius(
 ///
 /// # Errors
 ///
-/// [`Status::InvalidTarget`] where they are not.
+/// [`Status::InvalidTarget`] if they are not.
 pub(super) fn check_centre(travel: [Coordinate; 2], centre: [Coordinate; 2]) -> Result<(), Status> {
     let [x, y] = travel;
     let [i, j] = centre;

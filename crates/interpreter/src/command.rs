@@ -125,7 +125,7 @@ pub enum Feed {
 ///
 /// Without laser mode only [`Command::Spindle`] sets the output. In laser mode a motion sets it for
 /// its own duration: `speed` under M3, `speed` scaled by actual over programmed speed under M4,
-/// nothing where it is not `cutting`. At rest the output is `speed` under M3 where `cutting`, and
+/// nothing if it is not `cutting`. At rest the output is `speed` under M3 where `cutting`, and
 /// otherwise off. A [`Command::Line`] that turns out shorter than a step still sets the output at
 /// rest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -81,7 +81,7 @@ impl Dialect {
 }
 
 /// Returns the length of the tool with this number, or for `None` the length of the tool in the
-/// spindle. The answer is `None` where there is no such tool.
+/// spindle. The answer is `None` if there is no such tool.
 type LengthOf<'a> = dyn Fn(Option<u32>) -> Option<Coordinate> + 'a;
 
 /// The lengths of tools, if the machine has a table of them.

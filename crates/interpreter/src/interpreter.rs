@@ -184,7 +184,7 @@ impl<const AXES: usize> Interpreter<AXES> {
         }
     }
 
-    /// Spindle, coolant and parking: a command only where something changes.
+    /// Spindle, coolant and parking: a command only if something changes.
     #[inline]
     fn switch(
         &self,

@@ -289,7 +289,7 @@ impl Display for Rotation {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Coolant {
-    /// M7, where the machine has it.
+    /// M7, if the machine has it.
     pub mist: bool,
     /// M8.
     pub flood: bool,
@@ -344,7 +344,7 @@ pub struct ModalState {
     pub plane: Plane,
     /// Absolute or incremental.
     pub distance: Distance,
-    /// M82 or M83: how E counts; `None` where E counts as the other axes do. G90 and G91 set this
+    /// M82 or M83: how E counts; `None` if E counts as the other axes do. G90 and G91 set this
     /// to `None`.
     pub extrusion: Option<Distance>,
     /// The meaning of F.

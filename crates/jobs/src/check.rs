@@ -283,7 +283,7 @@ pub struct CheckJson<'a> {
     /// The conditions that a program has met; only of a job with parameters, expressions or O words.
     #[serde(skip_serializing_if = "Option::is_none")]
     branches: Option<&'a [JsonBranch]>,
-    /// How long the job takes; with `--time`, and only where it has no error.
+    /// How long the job takes; with `--time`, and only if it has no error.
     #[serde(skip_serializing_if = "Option::is_none")]
     time: Option<Time>,
     /// How long Grbl takes; with `--as grbl`.

@@ -234,7 +234,7 @@ impl Complaint {
         format!("::{level} file={file},line={line}{column},title={title}::{message}")
     }
 
-    /// The text from the column on; empty where the fault has no place.
+    /// The text from the column on; empty if the fault has no place.
     pub fn from_column(&self) -> &str {
         let begin = self
             .column

@@ -85,7 +85,7 @@ pub struct Streamed<O> {
     pub error_count: u64,
     /// The alarm that ended the job.
     pub alarm: Option<Complaint>,
-    /// Likely mistakes, as `check` finds them, up to 10 000; empty where they were not asked for.
+    /// Likely mistakes, as `check` finds them, up to 10 000; empty if they were not asked for.
     pub warnings: Vec<Complaint>,
     /// How many likely mistakes there were.
     pub warning_count: u64,
@@ -311,7 +311,7 @@ impl<R: BufRead, F: Replies> Host for Operator<R, F> {
     }
 }
 
-/// The lines that the machine has answered; empty where they were not asked for.
+/// The lines that the machine has answered; empty if they were not asked for.
 #[derive(Default)]
 pub struct Counted {
     /// For each answer, in order, the line of the file; 0 for the operator's own lines.
@@ -321,7 +321,7 @@ pub struct Counted {
 }
 
 impl Counted {
-    /// The line of the file that the machine counts as its line `number`; `None` where there is
+    /// The line of the file that the machine counts as its line `number`; `None` if there is
     /// none.
     pub fn line(&self, number: u32) -> Option<u64> {
         let index = usize::try_from(number).ok()?.checked_sub(1)?;

@@ -60,7 +60,7 @@ impl<const AXES: usize, const MOTORS: usize, const MOVES: usize, const BLOCKS: u
 /// Moves the axes of a machine, in mm. It belongs to the main loop.
 ///
 /// Moves that are queued blend: at a corner the speed is the one that the junction deviation
-/// allows, and motion stops only where the queue ends.
+/// allows, and motion stops only when the queue ends.
 pub struct Motion<'a, K, const AXES: usize, const MOTORS: usize> {
     planner: Planner<'a, K, AXES, MOTORS>,
     segmenter: Segmenter<AXES, MOTORS>,

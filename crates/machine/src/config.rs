@@ -229,7 +229,7 @@ pub struct MachineConfig<const AXES: usize> {
     pub spindle_delay: Duration,
     /// Coolant delay after the safety door was closed.
     pub coolant_delay: Duration,
-    /// How an axis with two motors is squared, where there is one.
+    /// How an axis with two motors is squared, if there is one.
     pub squaring: Squaring,
     /// The rules of limit switches beyond Grbl's.
     pub rules: SwitchRules,

@@ -116,7 +116,7 @@ pub struct ActiveSwitches {
     pub hold: bool,
     /// Cycle start button pressed.
     pub start: bool,
-    /// Door open; never where there is no door switch.
+    /// Door open; never if there is no door switch.
     pub door: bool,
 }
 

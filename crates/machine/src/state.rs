@@ -15,7 +15,7 @@
 //! ```
 //!
 //! Phases are data of their state, so that none can contradict another. Each event is one method:
-//! it returns the next state, or `None` where the event means nothing.
+//! it returns the next state, or `None` if the event means nothing.
 //!
 //! The machine remembers the states that it has been in: a test that fails prints them.
 
@@ -73,7 +73,7 @@ pub enum Hold {
     },
     /// At rest (`Hold:0`).
     Complete {
-        /// When the hold began to stop motion; `None` where nothing moved.
+        /// When the hold began to stop motion; `None` if nothing moved.
         since: Option<Instant>,
         /// `~` has come, and motion goes on at this instant: the spindle is getting up to speed.
         goes_on_at: Option<Instant>,

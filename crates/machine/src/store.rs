@@ -118,7 +118,7 @@ where
         saved
     }
 
-    /// Notes that a write of [`Machine::save`] did not reach its place after all, where a store
+    /// Notes that a write of [`Machine::save`] did not reach its place after all, if a store
     /// hands on many records together. Main loop, before the next [`Machine::poll`]: the line under
     /// way is answered with `error:7`.
     pub fn not_saved(&mut self) {

@@ -83,7 +83,7 @@ where
         }
     }
 
-    /// `$DFU`: new firmware, where the board has a loader, at rest.
+    /// `$DFU`: new firmware, if the board has a loader, at rest.
     fn start_loader<B: Board>(&mut self, id: ChannelId, board: &mut B, now: Instant) {
         if !self.rests() {
             return self.refuse(Origin::Channel(id), Status::NotIdle.into());
@@ -94,7 +94,7 @@ where
         board.start_loader(now);
     }
 
-    /// `$B=`: the board's description, where the board takes one, at rest.
+    /// `$B=`: the board's description, if the board takes one, at rest.
     fn take_record<B: Board>(&mut self, id: ChannelId, part: &[u8], board: &mut B) {
         let (taken, message) = match self.rests() {
             true => board.take_record(part),

@@ -195,7 +195,7 @@ impl<'a> SystemCommand<'a> {
     /// # Errors
     ///
     /// The error that Grbl gives, with one exception: `$Nx=` for a startup line that does not exist
-    /// is [`Status::InvalidStatement`]. The column is 0 where the line is right and the machine may
+    /// is [`Status::InvalidStatement`]. The column is 0 if the line is right and the machine may
     /// not carry it out now.
     pub fn parse(line: &'a [u8], now: &Circumstances) -> Result<Self, Fault> {
         Self::read(line, now).map_err(|(status, left)| Fault {

@@ -105,7 +105,7 @@ pub fn serve(service: Service, around: Surroundings<'_>) {
 #[doc = include_str!("../README.md")]
 pub struct Readme;
 
-/// The channel on which pages move the machine: the one after the last line's. `None` where no line
+/// The channel on which pages move the machine: the one after the last line's. `None` if no line
 /// takes pages or the machine has no channel left.
 fn pages_channel(lines: &[LineSpec]) -> Option<usize> {
     let has_port = lines

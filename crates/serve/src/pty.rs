@@ -45,7 +45,7 @@ pub(super) fn run(link: &Path, uplink: &Uplink) {
     }
 }
 
-/// Makes the port. While it cannot be made, tries again and again, and says so once. `None` where
+/// Makes the port. While it cannot be made, tries again and again, and says so once. `None` if
 /// the server ends first.
 fn open(link: &Path, uplink: &Uplink) -> Option<Port> {
     let mut said = false;

@@ -47,7 +47,7 @@ impl Write for Spool {
     }
 
     /// # Errors
-    /// `WouldBlock` where there is no room: the text since the last flush is thrown away.
+    /// `WouldBlock` if there is no room: the text since the last flush is thrown away.
     /// The failure of the output, once; then `BrokenPipe`.
     fn flush(&mut self) -> io::Result<()> {
         let piece = std::mem::take(&mut self.begun);

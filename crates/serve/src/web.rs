@@ -95,7 +95,7 @@ impl Default for Allowed {
 pub enum Foreign {
     /// The request comes from a page of another origin.
     Origin(String),
-    /// The request uses a name of this computer that anybody may own; empty where it has none.
+    /// The request uses a name of this computer that anybody may own; empty if it has none.
     Host(String),
 }
 

@@ -78,7 +78,7 @@ pub struct SimBoard<O, const MOTORS: usize> {
     /// Motors that are mounted the other way round: they move their carriages backwards where
     /// others move them forwards.
     pub(crate) mirrored: MotorMask,
-    /// The contacts between the switches and the inputs; `None` where the inputs follow the
+    /// The contacts between the switches and the inputs; `None` if the inputs follow the
     /// switches directly.
     pub(crate) contacts: Option<Inputs<MOTORS>>,
     /// Set whenever an input may have changed its level.
@@ -86,7 +86,7 @@ pub struct SimBoard<O, const MOTORS: usize> {
     /// Whether the check of positions needs a new origin: the wiring or a carriage's place has
     /// changed.
     pub(crate) rewired: bool,
-    /// Parts of a dominant step in each tick of the segment under way; `None` where no tick is due.
+    /// Parts of a dominant step in each tick of the segment under way; `None` if no tick is due.
     pub(crate) parts_per_tick: Option<u64>,
     costs: Costs,
     /// The start of the tick or poll under way.

@@ -44,7 +44,7 @@ pub(crate) struct Inputs<const MOTORS: usize> {
     moved: [Option<Cycle>; INPUTS],
     /// Levels at the last look.
     seen: u16,
-    /// For each input, when its filter time ends; `None` where the filter does not wait for it.
+    /// For each input, when its filter time ends; `None` if the filter does not wait for it.
     settling: [Option<Cycle>; INPUTS],
     believed: u16,
     /// Where the motors stood at the edge of the probe.
@@ -60,7 +60,7 @@ pub(crate) struct Told<const MOTORS: usize> {
 }
 
 impl<const MOTORS: usize> Inputs<MOTORS> {
-    /// Makes the inputs of a board with these contacts; `None` where the machine sees its switches
+    /// Makes the inputs of a board with these contacts; `None` if the machine sees its switches
     /// directly.
     pub(crate) fn new(contacts: Contacts) -> Option<Self> {
         let open = word(&Switches::OPEN);
@@ -227,7 +227,7 @@ mod tests {
         inputs
     }
 
-    /// The times at which the machine learns of each level, in microseconds, where a carriage
+    /// The times at which the machine learns of each level, in microseconds, if a carriage
     /// closes the switch at 1000.
     fn learns(inputs: &mut Inputs<1>) -> Vec<(u64, bool)> {
         let mut learned = Vec::new();

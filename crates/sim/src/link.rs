@@ -62,7 +62,7 @@ pub enum Rate {
 }
 
 impl Rate {
-    /// The time of a byte in cycles, rounded down; `None` where it takes none.
+    /// The time of a byte in cycles, rounded down; `None` if it takes none.
     pub fn byte_time(self) -> Option<u64> {
         match self {
             Self::Baud(baud) => Some((CPU_HZ * 10 / u64::from(baud.get())).max(1)),

@@ -59,7 +59,7 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         }
     }
 
-    /// From now on passes over the steps of a segment, where no switch is near: only times count.
+    /// From now on passes over the steps of a segment, if no switch is near: only times count.
     pub(crate) fn glide(&mut self) {
         self.glides = true;
     }
@@ -135,7 +135,7 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
     }
 
     /// Passes over the coming step interrupts that change nothing, up to `horizon`, with the same
-    /// result as [`Stepping::step`]. Does nothing where the CPU is busy or an interrupt is late,
+    /// result as [`Stepping::step`]. Does nothing if the CPU is busy or an interrupt is late,
     /// because then interrupts delay each other.
     #[inline]
     fn pass_quiet<O: Observer>(

@@ -48,7 +48,7 @@ pub enum Reply<'a> {
         /// The first unanswered line in the program, from 1; the last answered line where none is
         /// unanswered.
         line: u64,
-        /// That line as it stands in the program; empty where it has been answered.
+        /// That line as it stands in the program; empty if it has been answered.
         text: &'a [u8],
     },
     /// Anything else: reports, messages, the banner.
@@ -220,7 +220,7 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
             .map_or(self.lines.number(), |pending| pending.number)
     }
 
-    /// The first line that the machine has left unanswered, and its text; `None` where it owes no
+    /// The first line that the machine has left unanswered, and its text; `None` if it owes no
     /// answer.
     pub fn unanswered(&self) -> Option<(u64, Vec<u8>)> {
         let owes = !self.is_done() || self.was_reset();

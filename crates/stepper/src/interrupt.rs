@@ -232,7 +232,7 @@ fn find_power<const MOTORS: usize>(
     interrupt.power = interrupt.stepper.next_power(next);
 }
 
-/// Begins the next segment and asks for its first tick; comes to rest where there is none.
+/// Begins the next segment and asks for its first tick; comes to rest if there is none.
 fn next_segment<P: StepPort, const MOTORS: usize>(
     interrupt: &mut StepInterrupt<MOTORS>,
     segments: &mut Consumer<'_, Segment<MOTORS>>,

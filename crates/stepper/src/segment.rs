@@ -31,7 +31,7 @@ impl MotorMask {
         self.0
     }
 
-    /// Makes a set of the one motor `motor`; empty where `motor` is not below [`MAX_MOTORS`].
+    /// Makes a set of the one motor `motor`; empty if `motor` is not below [`MAX_MOTORS`].
     pub const fn only(motor: usize) -> Self {
         if motor < MAX_MOTORS {
             Self(1 << motor)
@@ -134,7 +134,7 @@ impl<const MOTORS: usize> Line<MOTORS> {
     }
 
     /// The rest of this line after `taken` step events, the last of which was in a segment with
-    /// this `early`; `None` where nothing is left.
+    /// this `early`; `None` if nothing is left.
     ///
     /// Called from the main loop, for motion that goes on after another line came between
     /// (parking).
@@ -226,7 +226,7 @@ pub type IntervalChange = I32F32;
 /// Made by the planner's segmenter (main loop), consumed by [`crate::Stepper`] (step interrupt).
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Segment<const MOTORS: usize> {
-    /// The line that begins with this segment; `None` where the present line goes on.
+    /// The line that begins with this segment; `None` if the present line goes on.
     pub line: Option<LineStart<MOTORS>>,
     /// Ticks in this segment: step events times `2^smoothing`; 1 in a part of a step event.
     pub ticks: NonZeroU16,

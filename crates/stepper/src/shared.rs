@@ -6,7 +6,7 @@
 //! | word | written by | read by |
 //! |---|---|---|
 //! | stop, laser off | main loop and switch interrupts (store only) | step interrupt, where restricted |
-//! | direction wait | main loop, at rest | step interrupt, where a line begins |
+//! | direction wait | main loop, at rest | step interrupt, when a line begins |
 //! | motor lock | main loop; the switch interrupt alone while the limit switches are watched for homing | step interrupt, where restricted |
 //! | position, running, counters | step interrupt | anybody |
 //!

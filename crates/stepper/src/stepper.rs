@@ -308,7 +308,7 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         // The last motor first: its bit is moved up as the bits of the others follow.
         for (left, increment) in self.left.iter_mut().zip(&self.increment).rev() {
             let next = left.wrapping_sub(*increment);
-            // 1 where `next` is negative and the motor steps. A multiplication takes fewer
+            // 1 if `next` is negative and the motor steps. A multiplication takes fewer
             // instructions than a branch.
             let steps = next >> SIGN & 1;
             *left = next.wrapping_add(self.full.wrapping_mul(steps));

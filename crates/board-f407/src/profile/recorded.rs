@@ -177,7 +177,7 @@ pub(crate) fn name() -> &'static str {
     core::str::from_utf8(text.unwrap_or_default()).unwrap_or_default()
 }
 
-/// Frequency of the crystal in Hz; 0 where there is none, or where there is no record.
+/// Frequency of the crystal in Hz; 0 if there is none, or if there is no record.
 pub(crate) fn crystal_hz() -> u32 {
     content().crystal_hz.get()
 }

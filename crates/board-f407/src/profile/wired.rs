@@ -224,7 +224,7 @@ pub(crate) const fn banks<const N: usize>(pins: [Pin; N]) -> ([Bank; N], usize) 
     (banks, count)
 }
 
-/// The index of `bank` among the first `count` of `banks`; `count` where it is not among them.
+/// The index of `bank` among the first `count` of `banks`; `count` if it is not among them.
 pub(crate) const fn index_of<const N: usize>(banks: &[Bank; N], count: usize, bank: Bank) -> usize {
     let mut place = 0;
     while place < count && banks[place] as u8 != bank as u8 {

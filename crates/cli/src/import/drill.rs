@@ -62,14 +62,14 @@ pub(in super::super) struct DrillArgs {
     /// Write canned cycles, G81 and with --peck G83, for machines that know them.
     #[arg(long)]
     cycles: bool,
-    /// The unit of the files, where they do not say.
+    /// The unit of the files, if they do not say.
     #[arg(long, value_name = "UNIT")]
     units: Option<UnitsArg>,
     /// How many digits are in front of and behind the point in numbers that are written without it,
-    /// such as 2.4, where the files do not say.
+    /// such as 2.4, if the files do not say.
     #[arg(long, value_name = "DIGITS")]
     format: Option<Digits>,
-    /// The zeros that numbers keep, where the files do not say: lz leading, tz trailing.
+    /// The zeros that numbers keep, if the files do not say: lz leading, tz trailing.
     #[arg(long, value_name = "WHICH")]
     zeros: Option<ZerosArg>,
     #[command(flatten)]

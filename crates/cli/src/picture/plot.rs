@@ -51,14 +51,14 @@ pub(super) struct Plot<'a> {
     per_mm: f64,
     /// Whether the path goes beyond the edges of the picture.
     pub(super) leads_out: bool,
-    /// The S value of a laser's full power; `None` where S is a spindle's speed.
+    /// The S value of a laser's full power; `None` if S is a spindle's speed.
     pub(super) full_power_s: Option<f64>,
     /// What the tool does to the material.
     pub(super) work: &'static str,
     travel: Option<[f32; 2]>,
     /// The highest and the lowest Z of cuts, mm.
     pub(super) depth: [f32; 2],
-    /// The heights of cuts at constant Z; empty where there are many.
+    /// The heights of cuts at constant Z; empty if there are many.
     pub(super) passes: Vec<f32>,
     pub(super) holes: Vec<Hole>,
     raster: Option<Raster>,

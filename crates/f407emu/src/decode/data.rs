@@ -182,7 +182,7 @@ fn constant12(word: u32) -> u32 {
     bits(word, 26, 1) << 11 | bits(word, 12, 3) << 8 | bits(word, 0, 8)
 }
 
-/// ThumbExpandImm_C (A5.3.2): a repeated byte without a carry, or a rotated byte, where the top bit
+/// ThumbExpandImm_C (A5.3.2): a repeated byte without a carry, or a rotated byte, if the top bit
 /// of the result is the carry.
 fn expand(constant: u32) -> (u32, Option<bool>) {
     let byte = constant & 0xFF;

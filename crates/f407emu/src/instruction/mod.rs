@@ -48,7 +48,7 @@ pub(crate) enum Data {
         rd: u8,
         rn: u8,
         value: u32,
-        /// The carry that a rotated constant produces; `None` where the carry flag stays.
+        /// The carry that a rotated constant produces; `None` if the carry flag stays.
         carry: Option<bool>,
     },
     Register {

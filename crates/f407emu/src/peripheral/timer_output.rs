@@ -6,7 +6,7 @@
 //!  mode 2 (111)  OCxREF = count >= CCRx       OCxN = its complement, while CCxNE
 //! ```
 //!
-//! In these modes OCxREF changes only where the result of the comparison changes, or where the mode
+//! In these modes OCxREF changes only if the result of the comparison changes, or if the mode
 //! was frozen before (section 18.4.7, OC1M). A PWM that begins from a forced level keeps that level
 //! until then; a PWM of 100 % keeps it for ever.
 //!
@@ -163,7 +163,7 @@ impl Outputs {
         self.bdtr & !(MOE | OSSR | OSSI) == 0
     }
 
-    /// The level of an output; `None` where the timer does not drive it and the pin's pull decides
+    /// The level of an output; `None` if the timer does not drive it and the pin's pull decides
     /// (RM0090 section 18.4.9).
     pub(crate) fn level(&self, output: Output) -> Option<bool> {
         let bits = self.ccer >> (4 * output.channel);

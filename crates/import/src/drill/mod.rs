@@ -62,7 +62,7 @@ pub enum Mirror {
 /// A job, and its bit's number where each bit has a job of its own.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct DrillJob {
-    /// The bit's number; `None` where the job has all bits.
+    /// The bit's number; `None` if the job has all bits.
     pub bit: Option<u32>,
     /// The job.
     pub job: Job,

@@ -32,7 +32,7 @@ pub struct Route {
 pub struct Cut {
     /// The end of the cut.
     pub to: Point,
-    /// The arc of the cut; `None` where it is straight.
+    /// The arc of the cut; `None` if it is straight.
     pub arc: Option<Arc>,
 }
 

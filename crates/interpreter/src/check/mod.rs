@@ -71,7 +71,7 @@ pub(super) enum Effect<const AXES: usize> {
     SetTool(u32, Coordinate),
     /// Stores the position at which the line begins.
     Store(OffsetId),
-    /// Goes to this position, by way of the target where there are axis words.
+    /// Goes to this position, by way of the target if there are axis words.
     GoTo([Coordinate; AXES]),
 }
 

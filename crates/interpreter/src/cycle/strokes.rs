@@ -74,7 +74,7 @@ impl<const AXES: usize> Strokes<AXES> {
         self.stage == Stage::End
     }
 
-    /// Makes the stroke of this stage, and goes on to the next stage. `None` where this cycle has
+    /// Makes the stroke of this stage, and goes on to the next stage. `None` if this cycle has
     /// no stroke in this stage.
     fn make(&mut self) -> Option<Command<AXES>> {
         let (kind, clear) = (self.cycle.kind, self.cycle.clear);

@@ -227,7 +227,7 @@ impl<const AXES: usize> Checker<AXES> {
             self.learn_rates();
             let rows: Vec<_> = self.own.settings().collect();
             for row in rows {
-                // As on the machine, where an extension refuses its default, its value stays.
+                // As on the machine, if an extension refuses its default, its value stays.
                 let _refused = self.own.set(row.number, row.default);
             }
         }

@@ -32,13 +32,13 @@ pub(super) struct Complaints {
     pub(super) last: u64,
     /// The last message of the machine.
     pub(super) message: String,
-    /// The lines that have been answered, in order; `None` where they were not asked for.
+    /// The lines that have been answered, in order; `None` if they were not asked for.
     pub(super) answered: Option<Vec<u64>>,
     /// Tools that lines have asked for.
     pub(super) tools: Vec<u32>,
-    /// The sizes of the tools; `None` where they were not asked for.
+    /// The sizes of the tools; `None` if they were not asked for.
     pub(super) sizes: Option<Sizes>,
-    /// Looks for likely mistakes; `None` where they were not asked for.
+    /// Looks for likely mistakes; `None` if they were not asked for.
     pub(super) remarks: Option<Remarks>,
     pub(super) warnings: Vec<Complaint>,
     pub(super) warning_count: u64,

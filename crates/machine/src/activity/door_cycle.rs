@@ -22,7 +22,7 @@ pub(crate) struct DoorCycle<const AXES: usize> {
     pub(crate) step: Step,
     /// When the sequence began; the machine was at rest.
     pub(crate) since: Instant,
-    /// The position at which the machine left its path; `None` where it does not park.
+    /// The position at which the machine left its path; `None` if it does not park.
     pub(crate) left_at: Option<[Coordinate; AXES]>,
 }
 

@@ -342,7 +342,7 @@ where
         self.restart(discard, board, now);
     }
 
-    /// The axis with two motors, where it is in `group`.
+    /// The axis with two motors, if it is in `group`.
     fn dual_of(&self, group: AxisMask) -> Option<DualAxis> {
         self.switches
             .dual

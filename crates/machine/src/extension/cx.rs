@@ -14,7 +14,7 @@ pub type Comment = String<COMMENT>;
 
 /// Where an extension's lines go.
 pub trait Out {
-    /// Sends a line to the sender whose line is carried out, or to all where there is no such
+    /// Sends a line to the sender whose line is carried out, or to all if there is no such
     /// sender. The text comes without a line end, and is cut behind [`LONGEST_TEXT`] bytes.
     fn line(&mut self, line: fmt::Arguments<'_>);
     /// Sends `[MSG:text]` to all; `text` is cut behind [`LONGEST_TEXT`] bytes.

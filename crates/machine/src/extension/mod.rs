@@ -128,7 +128,7 @@ pub trait Extension<const AXES: usize> {
     }
 
     /// The length of tool number `tool`, or of the tool in the spindle where `tool` is `None`: for
-    /// G43. Returns `None` where there is no such tool.
+    /// G43. Returns `None` if there is no such tool.
     fn tool_length(&self, tool: Option<u32>) -> Option<Coordinate> {
         let _ = tool;
         None

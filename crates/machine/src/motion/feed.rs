@@ -486,7 +486,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
     }
 }
 
-/// Timer counts from `instant` up to `now`; 0 where `instant` has not come yet. The two must be
+/// Timer counts from `instant` up to `now`; 0 if `instant` has not come yet. The two must be
 /// less than 2³¹ counts apart, 25 s on the F407.
 fn passed(instant: u32, now: u32) -> u32 {
     let passed = now.wrapping_sub(instant).cast_signed();

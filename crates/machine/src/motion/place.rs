@@ -32,7 +32,7 @@ where
         self.aside.planner.set_position(steps);
     }
 
-    /// Sets a second motor's position to the position of its axis, where a motor lock has let the
+    /// Sets a second motor's position to the position of its axis, if a motor lock has let the
     /// two step apart. Otherwise the next move would bring back the skew that homing has taken out.
     /// Returns the positions of all motors, in steps. At rest.
     pub(super) fn gang(&mut self) -> [i32; MOTORS] {

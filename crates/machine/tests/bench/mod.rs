@@ -228,7 +228,7 @@ pub enum Contact {
     Probe(i32),
     /// The limit switch of each motor is closed where it is at or above this.
     Limits([i32; 3]),
-    /// The limit switches of crossed belts: of each axis, where the carriage is at or above this,
+    /// The limit switches of crossed belts: of each axis, if the carriage is at or above this,
     /// steps.
     Belts([i32; 3]),
 }

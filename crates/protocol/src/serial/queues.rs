@@ -330,7 +330,7 @@ impl Inbox<'_> {
     }
 
     /// How many bytes came before the next realtime command and have not been taken yet; `None`
-    /// where there is no command.
+    /// if there is no command.
     fn ahead_of_request(&self) -> Option<usize> {
         let Some(request) = self.requests.peek() else {
             return self.is_late().then_some(0);
@@ -378,7 +378,7 @@ impl<'a> Output<'a> {
         self.lost
     }
 
-    /// Adds a line and its CR LF: whole, or where there is no room for it, not at all.
+    /// Adds a line and its CR LF: whole, or if there is no room for it, not at all.
     pub fn line(&mut self, line: impl fmt::Display) {
         self.add(0, format_args!("{line}\r\n"));
     }

@@ -75,7 +75,7 @@ pub struct Simulation<'a, K, O, const AXES: usize, const MOTORS: usize, const MO
     /// The laser is on where it has to be off, and this violation has been noted.
     laser_noted: bool,
     now: Cycle,
-    /// Since when the main loop has had a reason to run; [`Cycle::NEVER`] where it has none.
+    /// Since when the main loop has had a reason to run; [`Cycle::NEVER`] if it has none.
     wake: Cycle,
     /// The latest instant at which the main loop wants to run.
     deadline: Cycle,

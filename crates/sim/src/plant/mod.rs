@@ -41,7 +41,7 @@ pub const LEAST_SETUP: u64 = (650 * (CPU_HZ / 1_000_000)).div_ceil(1000);
 pub struct Rise {
     /// Motors whose pin was high already: no edge, no step.
     pub lost: MotorMask,
-    /// The shortest time from a change of direction to this step, in cycles; `None` where no motor
+    /// The shortest time from a change of direction to this step, in cycles; `None` if no motor
     /// has changed its direction since its last step.
     pub setup: Option<u64>,
     /// Whether a switch may have changed.
@@ -66,7 +66,7 @@ pub struct Plant<const MOTORS: usize> {
     switches: Vec<Switch>,
     /// Motors 0 and 1 are on crossed belts.
     crossed: bool,
-    /// The shape of the plate that the probe meets, where it is uneven.
+    /// The shape of the plate that the probe meets, if it is uneven.
     plate: Option<Plate>,
     /// Pins that are held at a level.
     forced: Vec<(Pin, bool)>,
@@ -324,13 +324,13 @@ impl<const MOTORS: usize> Plant<MOTORS> {
             .map(|carriage| carriage.rate.hertz())
     }
 
-    /// The shortest pulse in cycles; `None` where there was none.
+    /// The shortest pulse in cycles; `None` if there was none.
     pub fn shortest_pulse(&self) -> Option<u64> {
         Some(self.shortest_pulse).filter(|width| *width != u64::MAX)
     }
 
     /// The shortest time from a change of direction to its motor's next step in cycles; `None`
-    /// where there was none.
+    /// if there was none.
     pub fn shortest_setup(&self) -> Option<u64> {
         Some(self.shortest_setup).filter(|setup| *setup != u64::MAX)
     }

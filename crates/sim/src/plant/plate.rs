@@ -1,4 +1,4 @@
-//! The plate that the probe meets, where it is uneven.
+//! The plate that the probe meets, if it is uneven.
 //!
 //! ```text
 //!           ___---‾‾‾---___          the bow: highest in the middle of the travel, none at its edge
@@ -16,7 +16,7 @@ pub struct Plate {
     tilt: [i64; 2],
     /// How far the middle stands above the edges, in steps of Z.
     bow: i64,
-    /// Steps of X and Y from one edge to the other; 0 where there is no bow.
+    /// Steps of X and Y from one edge to the other; 0 if there is no bow.
     span: [i64; 2],
 }
 

@@ -7,7 +7,7 @@ use leadscrew_heat::{Gates, HeatConfig, HeaterConfig, Limits, Sensor};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// Heaters that are switched on and off, and the axis and outputs that work only where it is warm.
+/// Heaters that are switched on and off, and the axis and outputs that work only when it is warm.
 #[derive(Clone, PartialEq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Heaters {
@@ -15,7 +15,7 @@ pub struct Heaters {
     pub nozzle: Option<HeaterTable>,
     /// The heater of M140 and M190. A bed is possible only with a nozzle.
     pub bed: Option<HeaterTable>,
-    /// The reference voltage of the sensors, V; 5 where it is left out.
+    /// The reference voltage of the sensors, V; 5 if it is left out.
     pub reference_v: Option<Positive>,
     /// The axis that does not turn while the nozzle is too cold. If it is left out, this is E, if
     /// the machine has one.
@@ -37,20 +37,20 @@ pub struct Heaters {
 pub struct HeaterTable {
     /// How its temperature is read.
     pub sensor: SensorTable,
-    /// How far from its target it is switched, K; 2 where it is left out.
+    /// How far from its target it is switched, K; 2 if it is left out.
     pub hysteresis_k: Option<Positive>,
-    /// The highest target. Where it is left out: 275 for a nozzle, 120 for a bed.
+    /// The highest target. If it is left out: 275 for a nozzle, 120 for a bed.
     pub most: Option<Celsius>,
-    /// The temperature below which nothing is extruded; 170 where it is left out.
+    /// The temperature below which nothing is extruded; 170 if it is left out.
     pub extrusion: Option<Celsius>,
-    /// A lower reading is a sensor's fault; -10 where it is left out.
+    /// A lower reading is a sensor's fault; -10 if it is left out.
     pub coldest: Option<Celsius>,
-    /// A higher reading is a sensor's fault. Where it is left out: 310 for a nozzle, 150 for a bed.
+    /// A higher reading is a sensor's fault. If it is left out: 310 for a nozzle, 150 for a bed.
     pub hottest: Option<Celsius>,
     /// The time in which the temperature must react to the heater's switch, s. Where it is left
     /// out: 20 for a nozzle, 90 for a bed.
     pub patience_s: Option<u16>,
-    /// The least change of temperature that counts as a reaction, K; 2 where it is left out.
+    /// The least change of temperature that counts as a reaction, K; 2 if it is left out.
     pub answer_k: Option<Positive>,
     /// How far the temperature may be from the target once it has reached it, K. Where it is left
     /// out: 30 for a nozzle, 20 for a bed.

@@ -57,9 +57,9 @@ pub struct Profile {
     /// The board: one that comes with the firmware, or a board's file beside this one. The
     /// simulator needs none.
     pub board: Option<String>,
-    /// Bytes of unanswered lines that a sender may have sent; 1024 where it is left out.
+    /// Bytes of unanswered lines that a sender may have sent; 1024 if it is left out.
     pub receive_buffer: Option<BufferSize>,
-    /// Moves planned ahead; 1024 where it is left out.
+    /// Moves planned ahead; 1024 if it is left out.
     pub look_ahead: Option<LookAhead>,
     /// The belts of X and Y.
     pub kinematics: Belts,
@@ -150,7 +150,7 @@ pub struct Axes {
     pub y: Axis,
     /// Z.
     pub z: Axis,
-    /// A fourth axis, where there is one.
+    /// A fourth axis, if there is one.
     pub a: Option<Axis>,
     /// A fifth axis, beside A.
     pub b: Option<Axis>,
@@ -193,7 +193,7 @@ pub struct Axis {
     pub stops: Stops,
     /// Whether it is a rotary axis: its unit is then degrees instead of millimetres.
     pub rotary: bool,
-    /// The board's socket of its motor and limit switch, where it is not the next one in the order
+    /// The board's socket of its motor and limit switch, if it is not the next one in the order
     /// x, y, z, spare, spare-2, spare-3.
     pub socket: Option<Socket>,
 }
@@ -275,7 +275,7 @@ pub struct SecondMotor {
     /// How far its switch may be from the first motor's switch.
     #[serde(default)]
     pub squaring: Squaring,
-    /// Its socket; the next free one where it is left out, as for an axis.
+    /// Its socket; the next free one if it is left out, as for an axis.
     pub socket: Option<Socket>,
 }
 
@@ -341,7 +341,7 @@ pub struct Switches {
     /// How often per second a wrong level is seen on the limit inputs, for example from a cable
     /// beside the spindle's.
     pub glitches: PerSecond,
-    /// How long a wrong level lasts, microseconds; 5 where it is left out.
+    /// How long a wrong level lasts, microseconds; 5 if it is left out.
     pub glitch_us: Option<u16>,
     /// How long a limit switch or the probe bounces at each edge, microseconds.
     pub bounce_us: u16,

@@ -29,7 +29,7 @@ const EXTRUDER: char = 'E';
 /// Grbl's travel, mm, for an axis whose file gives none.
 const GRBL_TRAVEL: f64 = 200.0;
 
-/// Bytes of unanswered lines that a sender may have sent, where the profile does not say.
+/// Bytes of unanswered lines that a sender may have sent, if the profile does not say.
 const RECEIVE_BUFFER: u16 = 1024;
 
 /// Where the carriage of an axis can go, mm on the axis' own scale.
@@ -53,7 +53,7 @@ impl Profile {
         self.all_axes().count()
     }
 
-    /// The number of motors: one for each axis, and a second motor where there is one.
+    /// The number of motors: one for each axis, and a second motor if there is one.
     pub fn motor_count(&self) -> usize {
         self.axis_count() + usize::from(self.second_motor.is_some())
     }
@@ -269,7 +269,7 @@ impl Profile {
         switches
     }
 
-    /// The shape of the plate that the probe meets; `None` where it is flat.
+    /// The shape of the plate that the probe meets; `None` if it is flat.
     pub fn plate(&self) -> Option<Plate> {
         let probe = self.probe?;
         let tilt = [probe.tilt_x.mm(), probe.tilt_y.mm()];
@@ -374,7 +374,7 @@ impl Profile {
             .collect()
     }
 
-    /// Steps of a whole turn of each axis's motor, where the file says it.
+    /// Steps of a whole turn of each axis's motor, if the file says it.
     pub fn steps_per_rev(&self) -> Vec<Option<f64>> {
         let turns = self.all_axes().map(|axis| axis.steps_per_rev);
         turns.map(|steps| steps.map(Positive::get)).collect()

@@ -5,7 +5,7 @@
 //!   unit of its last place.
 //! * Status reports are compared one by one, with the same tolerance. In a conversation that is
 //!   marked `timing`, the contents of a report depend on its instant. There only the states are
-//!   compared, exchange by exchange, where the recorded exchange shows a state.
+//!   compared, exchange by exchange, if the recorded exchange shows a state.
 
 use super::case::{Case, Exchange};
 use std::fmt;
@@ -41,7 +41,7 @@ impl fmt::Display for Disagreement {
 /// A line with the exchange that it came in.
 type Line<'a> = (usize, &'a str);
 
-/// Compares a machine's answers, `answered`, with the `recorded` ones; `None` where they agree.
+/// Compares a machine's answers, `answered`, with the `recorded` ones; `None` if they agree.
 pub fn judge(recorded: &Case, answered: &Case) -> Option<Disagreement> {
     let [expected, found] = [recorded, answered].map(|case| lines(&case.exchanges));
     let timing = recorded

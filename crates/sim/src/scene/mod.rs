@@ -33,7 +33,7 @@ pub struct Drawn {
     pub way: Way,
     /// Programmed power, as a share of full power.
     pub power: f32,
-    /// Diameter of the tool, mm; 0 where it is not known.
+    /// Diameter of the tool, mm; 0 if it is not known.
     pub tool_mm: f32,
 }
 

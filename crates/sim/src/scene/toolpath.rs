@@ -86,11 +86,11 @@ impl Tooling {
 /// Collects the moves of a job.
 #[derive(Clone, Debug)]
 pub struct Toolpath {
-    /// All moves; `None` where only distances are wanted.
+    /// All moves; `None` if only distances are wanted.
     moves: Option<Vec<Drawn>>,
     /// The line that asks for the following motion, counted from 1; 0 for none.
     pub line: u32,
-    /// Diameter of the tool in use, mm; 0 where it is not known.
+    /// Diameter of the tool in use, mm; 0 if it is not known.
     pub tool_mm: f32,
     at: [f64; 3],
     start: [f64; 3],
@@ -121,7 +121,7 @@ impl Toolpath {
         self.moves.is_some()
     }
 
-    /// The lowest and the highest X, Y and Z of all cuts, mm; `None` where there was none.
+    /// The lowest and the highest X, Y and Z of all cuts, mm; `None` if there was none.
     pub fn cut_bounds(&self) -> Option<[[f64; 3]; 2]> {
         self.cut
     }
@@ -263,7 +263,7 @@ impl Toolpath {
         })
     }
 
-    /// The heights of cuts at constant Z, mm, the highest first; empty where there are more than
+    /// The heights of cuts at constant Z, mm, the highest first; empty if there are more than
     /// `most`.
     pub fn passes(&self, most: usize) -> Vec<f32> {
         let mut passes: Vec<f32> = Vec::new();
@@ -314,7 +314,7 @@ pub struct Hole {
     pub at: [f32; 2],
     /// The lowest Z of the tool, mm.
     pub bottom: f32,
-    /// Diameter of the tool, mm; 0 where it is not known.
+    /// Diameter of the tool, mm; 0 if it is not known.
     pub tool_mm: f32,
 }
 

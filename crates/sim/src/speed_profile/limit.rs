@@ -48,7 +48,7 @@ pub enum Limit {
 }
 
 impl Slow {
-    /// The reason to slow down; `curve` where the curvature of the path limits the speed. The limit
+    /// The reason to slow down; `curve` if the curvature of the path limits the speed. The limit
     /// of a slower move is filled in later, once that move has come.
     pub(super) fn new(ahead: Ahead, curve: SpeedLimit) -> Self {
         match ahead {
@@ -62,7 +62,7 @@ impl Slow {
     }
 }
 
-/// The letter of an axis in `letters`; `?` where there is none.
+/// The letter of an axis in `letters`; `?` if there is none.
 fn letter(axis: usize, letters: &[char]) -> char {
     letters.get(axis).copied().unwrap_or('?')
 }

@@ -24,12 +24,12 @@ pub struct Recorder {
     /// The planner's state at the end of each segment; `None` for a segment that was made together
     /// with later ones.
     made: VecDeque<Option<Committed>>,
-    /// The move under way; `None` where the machine moves by itself.
+    /// The move under way; `None` if the machine moves by itself.
     running: Option<(u32, Limits)>,
     /// The path of one step of the dominant motor in this move, mm.
     mm_per_event: f64,
     stretches: Vec<Raw>,
-    /// The times of stretches that are not kept; `None` where all are.
+    /// The times of stretches that are not kept; `None` if all are.
     sums: Option<Sums>,
     /// A piece whose end is not known yet.
     begun: Option<Begun>,

@@ -41,7 +41,7 @@ const DUAL_Y_POWER: (u64, u64) = (100_000, 1_680);
 /// The two motors of Y on boards with a fourth motor.
 const SECOND_Y: (usize, usize) = (1, 3);
 
-/// Makes a fourth motor, where there is one, move as Y does.
+/// Makes a fourth motor, if there is one, move as Y does.
 fn gang(planned: &mut [Planned], wiring: &Wiring) {
     let (first, second) = SECOND_Y;
     if wiring.step.len() > second {

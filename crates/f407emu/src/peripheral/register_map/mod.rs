@@ -90,7 +90,7 @@ const fn passing(register: Register) -> Register {
 /// A modelled peripheral: its first address and its registers, in the order of their offsets.
 type Peripheral = (u32, &'static [Register]);
 
-/// The register at a word's address; `None` where a modelled peripheral has no register.
+/// The register at a word's address; `None` if a modelled peripheral has no register.
 pub(crate) fn find(address: u32) -> Option<&'static Register> {
     let (base, registers) = peripheral(address)?;
     let offset = address - base;

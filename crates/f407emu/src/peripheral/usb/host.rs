@@ -385,7 +385,7 @@ fn check(request: &Request, number: usize, answer: &[u8]) -> Fault {
     }
 }
 
-/// The numbers of the bulk endpoints of a configuration, IN and OUT; 0 where there is none (USB 2.0
+/// The numbers of the bulk endpoints of a configuration, IN and OUT; 0 if there is none (USB 2.0
 /// table 9-13).
 fn bulk_endpoints(configuration: &[u8]) -> (usize, usize) {
     let (mut input, mut output) = (0, 0);
