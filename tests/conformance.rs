@@ -191,7 +191,7 @@ fn a_conversation_is_judged_to_differ_where_a_row_says_so_and_nowhere_else() {
         let told = judge(&case, &replay(&case).unwrap());
         match &told {
             None => {
-                // A difference in the fields of a report does not count where they depend on time.
+                // A difference in the fields of a report does not count if they depend on time.
                 let timing = case.other["timing"] == true;
                 assert!(differing.is_empty() || timing, "{name}");
             }

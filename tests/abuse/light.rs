@@ -5,7 +5,7 @@
 //!  move_planned  -->  planned moves, oldest first  --+--> segment_taken: a move begins, dark or lit
 //! ```
 //!
-//! The result is not used where the power leads the motion (`$703`), or a spindle turns.
+//! The result is not used if the power leads the motion (`$703`), or a spindle turns.
 
 use leadscrew_machine::explain::PlannedMove;
 use leadscrew_planner::MoveKind;

@@ -89,7 +89,7 @@ impl Budget {
         })
     }
 
-    /// The mean and the largest count, per step event where the budget is for step events.
+    /// The mean and the largest count, per step event if the budget is for step events.
     fn figures(&self, count: &Count) -> (f64, f64) {
         let mean = count.sum as f64 / count.samples as f64;
         (mean / self.per, count.largest as f64 / self.per)

@@ -162,7 +162,7 @@ fn absolute(path: &str, own: &Module) -> Option<Module> {
     Some(base)
 }
 
-/// The file that a path leads to, by way of `pub use` where necessary.
+/// The file that a path leads to, by way of `pub use` if necessary.
 fn file_of(path: &[String], files: &Files, depth: usize) -> Option<Module> {
     let length = (0..=path.len())
         .rev()

@@ -148,7 +148,7 @@ impl Toolchain {
 
 /// Writes the description that `rustc` has of [`TARGET`], but without frame pointers, and returns
 /// the path of this file. A frame pointer takes a register in every function. No option of the
-/// compiler removes frame pointers where its description of a target asks for them.
+/// compiler removes frame pointers if its description of a target asks for them.
 fn without_frame_pointers(rustc: &str) -> Result<PathBuf, Failure> {
     let mut query = Command::new(rustc);
     query

@@ -56,7 +56,7 @@ impl fmt::Display for Source {
     }
 }
 
-/// Sets the clocks up: CPU 168 MHz, APB1 42 MHz, APB2 84 MHz, USB 48 MHz. Where the crystal does
+/// Sets the clocks up: CPU 168 MHz, APB1 42 MHz, APB2 84 MHz, USB 48 MHz. If the crystal does
 /// not start, the internal oscillator is the source.
 pub(crate) fn start(rcc: RCC, power: &PWR) -> (Rcc, Source) {
     use_internal_oscillator(&rcc);

@@ -108,7 +108,7 @@ impl Pin {
     }
 
     /// Makes the pin an output of this level, without any other level in between. Before the
-    /// interrupts are on, or where nothing else runs any more.
+    /// interrupts are on, or if nothing else runs any more.
     pub(crate) fn make_output(self, high: bool) {
         self.set(high);
         self.set_mode(Mode::Output);

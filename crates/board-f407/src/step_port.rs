@@ -65,7 +65,7 @@ static REWIRED: AtomicBool = AtomicBool::new(false);
 static PULSE: AtomicU32 = AtomicU32::new(10 * PULSE_MICROSECOND);
 
 placed! { ".bss.ccm.negative";
-    /// The motors that turn the negative way: set by the tick that begins a line, written where no
+    /// The motors that turn the negative way: set by the tick that begins a line, written when no
     /// step pin is high, and again whenever a pulse ends.
     static NEGATIVE: AtomicU8 = AtomicU8::new(0);
 }
@@ -202,7 +202,7 @@ pub(crate) fn change_outputs(change: OutputChange) {
     }
 }
 
-/// The outputs of ticks. TIM2's interrupt uses it; TIM11's interrupt uses it where no tick is
+/// The outputs of ticks. TIM2's interrupt uses it; TIM11's interrupt uses it when no tick is
 /// armed.
 pub(crate) struct Port {
     /// The instant of the tick that is armed, the same as in compare register 1. Reading that
@@ -243,7 +243,7 @@ pub(crate) fn let_ticks_come() {
         .write(|w| keep_captures(w).cc1ie().enabled());
 }
 
-/// Keeps the DMA requests of the other channels where they capture edges (`src/capture.rs`).
+/// Keeps the DMA requests of the other channels if they capture edges (`src/capture.rs`).
 #[inline(always)]
 pub(crate) fn keep_captures(w: &mut dier::W) -> &mut dier::W {
     if cfg!(captures) {

@@ -245,7 +245,7 @@ impl Board {
     /// Reads a board's file.
     ///
     /// # Errors
-    /// Where the text is not TOML, or does not describe a board; the message gives line and column.
+    /// If the text is not TOML, or does not describe a board; the message gives line and column.
     pub fn read(text: &str) -> Result<Self, String> {
         toml::from_str(text).map_err(|error| error.to_string())
     }

@@ -32,7 +32,7 @@ impl fmt::Display for Socket {
     }
 }
 
-/// The sockets of a machine's motors where its file does not name them.
+/// The sockets of a machine's motors if its file does not name them.
 const USUAL: [Socket; 6] = [
     Socket::X,
     Socket::Y,

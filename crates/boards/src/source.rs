@@ -84,7 +84,7 @@ pub(crate) const HEATER_FAULT: Option<crate::gpio::Input> = {};\n",
         )
     }
 
-    /// The inputs that capture edges, where wires lead to any.
+    /// The inputs that capture edges, if wires lead to any.
     fn capture_inputs(&self) -> String {
         let captures = self.captures().into_iter().map(|(wire, channel)| {
             let pin = literal(wire.to);

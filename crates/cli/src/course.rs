@@ -18,7 +18,7 @@ pub(super) struct Text {
     source: Source,
 }
 
-/// Where the text of a job comes from each time.
+/// The source of a job's text, each time.
 enum Source {
     /// A file. It is read a second time.
     File(PathBuf),

@@ -64,7 +64,7 @@ impl Job {
     /// Reads the job into memory, so that it can be read more than once, from its start.
     ///
     /// # Errors
-    /// [`InputError::Io`] where it cannot be read to its end.
+    /// [`InputError::Io`] if it cannot be read to its end.
     pub(super) fn keep(&mut self) -> Result<Rc<[u8]>, InputError> {
         let mut bytes = Vec::new();
         if let Err(error) = self.text.read_to_end(&mut bytes) {
@@ -83,7 +83,7 @@ const ENDINGS: [&str; 9] = ["nc", "gcode", "ngc", "gc", "g", "tap", "cnc", "ncc"
 /// sorted by name.
 ///
 /// # Errors
-/// [`InputError`] where a folder cannot be read or has no such file.
+/// [`InputError`] if a folder cannot be read or has no such file.
 pub(super) fn jobs(names: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
     files(names, &ENDINGS)
 }
@@ -91,7 +91,7 @@ pub(super) fn jobs(names: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
 /// As [`jobs`], for files with other endings.
 ///
 /// # Errors
-/// [`InputError`] where a folder cannot be read or has no such file.
+/// [`InputError`] if a folder cannot be read or has no such file.
 pub(super) fn files(names: &[PathBuf], endings: &[&str]) -> Result<Vec<PathBuf>, InputError> {
     let mut all = Vec::new();
     for name in names {
@@ -141,10 +141,10 @@ pub(super) fn shown(name: &Path) -> String {
     }
 }
 
-/// Opens the file `name`, or standard input where `name` is `-`. A pipe can be read only once.
+/// Opens the file `name`, or standard input if `name` is `-`. A pipe can be read only once.
 ///
 /// # Errors
-/// [`InputError`] where it cannot be read or is no text.
+/// [`InputError`] if it cannot be read or is no text.
 pub(super) fn open(name: &Path) -> Result<Job, InputError> {
     if is_stdin(name) {
         return from_reader(&shown(name), None, io::stdin().lock());

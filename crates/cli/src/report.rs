@@ -52,7 +52,7 @@ pub(super) struct Report {
     pub(super) baud: Option<NonZeroU32>,
     /// How the job ended.
     pub(super) end: End,
-    /// Where the program waited for its operator.
+    /// The lines at which the program waited for its operator.
     pub(super) waits: Vec<Wait>,
     /// The tools that the program asked for.
     pub(super) tools: Vec<u32>,

@@ -31,7 +31,7 @@ use std::time::Instant;
 /// an alarm.
 ///
 /// # Errors
-/// Where an option or an input cannot be used, or an output cannot be written.
+/// If an option or an input cannot be used, or an output cannot be written.
 pub(super) fn run(args: &JobArgs) -> Result<bool, Unusable> {
     let mut machine = machine(&args.machine)?;
     machine.outputs.count = args.outputs.unwrap_or(machine.outputs.count);

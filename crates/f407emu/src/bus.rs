@@ -211,7 +211,7 @@ impl Machine {
     }
 }
 
-/// Fails where an access is not aligned: peripherals answer to aligned accesses only.
+/// Fails if an access is not aligned: peripherals answer to aligned accesses only.
 fn must_align(address: u32, width: Width) -> Result<(), Trap> {
     if address as usize & (width.bytes() - 1) == 0 {
         Ok(())

@@ -11,7 +11,7 @@ use crate::{
     warning::Warning,
 };
 
-/// Where the registers of USB OTG FS begin.
+/// The first address of the registers of USB OTG FS.
 const USB: u32 = 0x5000_0000;
 
 /// The offsets of a port's GPIOx_ODR and GPIOx_BSRR, which set levels and no functions.

@@ -82,7 +82,7 @@ fn place(path: &Path) -> Option<PathBuf> {
     Some(folder.join(path.file_name()?))
 }
 
-/// The end of the symbolic links that begin at `path`, even where no file is there yet.
+/// The end of the symbolic links that begin at `path`, even if no file is there yet.
 ///
 /// # Errors
 /// The links lead nowhere, for example in a circle.
@@ -171,7 +171,7 @@ impl Output {
     /// Checks that `path` can be written, before the work begins.
     ///
     /// # Errors
-    /// Where it cannot.
+    /// If it cannot.
     pub fn create(path: &Path) -> Result<Self, OutputError> {
         let to = To::open(path).map_err(|error| OutputError {
             path: path.to_owned(),

@@ -4,7 +4,7 @@
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum AxisKind {
-    /// Millimetres; inches where G20 is in force.
+    /// Millimetres; inches if G20 is in force.
     #[default]
     Linear,
     /// Degrees, never inches.

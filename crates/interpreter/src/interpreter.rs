@@ -326,7 +326,7 @@ impl<const AXES: usize> Interpreter<AXES> {
         self.position = plan.target;
     }
 
-    /// The speed of a motion to the plan's target in G20. Where only axes move that turn, F counts
+    /// The speed of a motion to the plan's target in G20. If only axes move that turn, F counts
     /// degrees, which have no inches.
     pub(super) fn rate_in_inches(&self, plan: &Plan<AXES>, context: &Context<'_, AXES>) -> Number {
         match context.turns_alone(&self.position, &plan.target) {

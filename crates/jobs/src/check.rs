@@ -26,7 +26,7 @@ const KEPT: usize = 10_000;
 /// Checks a job called `name` to its end; hands out each complaint.
 ///
 /// # Errors
-/// Where the text cannot be read.
+/// If the text cannot be read.
 pub fn read_through(
     checker: &mut dyn Follow,
     name: &str,

@@ -93,10 +93,10 @@ pub trait Follow {
     fn end(&mut self, last: u64, raw: &[u8]) -> Vec<(u64, Vec<u8>, Doubt)>;
     /// The path of the program so far.
     fn path(&self) -> &Toolpath;
-    /// Notes from here on by which words the program comes to where it stands. It stands at `start`,
+    /// Notes from here on by which words the program comes to its place. It stands at `start`,
     /// work coordinates, if that is known.
     fn stand(&mut self, start: Option<[Coordinate; 3]>);
-    /// Lines that bring a machine from anywhere to where the program stands.
+    /// Lines that bring a machine from anywhere to the program's place.
     ///
     /// # Errors
     /// A place that only the machine knew.
@@ -144,7 +144,7 @@ struct Checker<const AXES: usize> {
     motors: usize,
     /// The M codes of the machine's extensions.
     own: Own<AXES>,
-    /// Where the program goes.
+    /// The program's path.
     path: Toolpath,
     tooling: Tooling,
     /// The tools that comments describe; kept only for a picture.
@@ -172,7 +172,7 @@ struct Checker<const AXES: usize> {
     homed: AxisMask,
     /// The number of the line that is being checked.
     number: u64,
-    /// By which words the program has come to where it stands, if somebody asks.
+    /// By which words the program has come to its place, if somebody asks.
     standing: Option<Standing<AXES>>,
     /// The end of the last probe.
     probed: Option<Probed<AXES>>,

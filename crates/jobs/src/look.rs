@@ -33,7 +33,7 @@ pub struct Job {
     pub text: Vec<u8>,
     /// The machine's settings, lines as `$$` prints them.
     pub settings: String,
-    /// Where work zero is, machine position, axis by axis, mm.
+    /// The place of work zero, machine position, axis by axis, mm.
     pub origin: Vec<f32>,
 }
 
@@ -242,7 +242,7 @@ fn time(
     }
 }
 
-/// The text of a job for a reader. It reports how much was read, and ends early where `go_on`
+/// The text of a job for a reader. It reports how much was read, and ends early if `go_on`
 /// returns false.
 struct Watched<'a> {
     size: usize,

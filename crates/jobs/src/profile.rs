@@ -1,4 +1,4 @@
-//! Where the time of a job goes, and which settings would make it faster.
+//! How the time of a job is spent, and which settings would make it faster.
 
 use crate::complaint::Complaint;
 use crate::json::{error_json, JsonError, JSON_VERSION};

@@ -91,7 +91,7 @@ pub struct Streamed<O> {
     pub warning_count: u64,
     /// How the job ended.
     pub end: End,
-    /// Where the program waited for its operator (M0, M6); somebody went on at once.
+    /// The lines at which the program waited for its operator (M0, M6); somebody went on at once.
     pub waits: Vec<Wait>,
     /// The tools that it asked for.
     pub tools: Vec<u32>,
@@ -107,7 +107,7 @@ impl Stream<'_> {
     /// Streams the job called `name` to its end while `observer` watches.
     ///
     /// # Errors
-    /// Where its text cannot be read to its end.
+    /// If its text cannot be read to its end.
     pub fn run<O: Observer>(
         &self,
         name: &str,

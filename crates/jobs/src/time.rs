@@ -27,7 +27,7 @@ pub struct Time {
 /// the tick if its line never waits.
 ///
 /// # Errors
-/// Where its text cannot be read to its end.
+/// If its text cannot be read to its end.
 pub fn time(machine: &Machine, rate: Rate, name: &str, text: impl BufRead) -> io::Result<Time> {
     let stream = Stream {
         machine,

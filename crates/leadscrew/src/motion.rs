@@ -67,7 +67,7 @@ pub struct Motion<'a, K, const AXES: usize, const MOTORS: usize> {
     segments: Producer<'a, Segment<MOTORS>>,
     words: &'a Words<MOTORS>,
     travel: Option<[[Coordinate; 2]; AXES]>,
-    /// Where the last queued move ends.
+    /// The end of the last queued move.
     target: [Coordinate; AXES],
     room: usize,
     course: Course,
@@ -221,7 +221,7 @@ impl<K: Kinematics<AXES, MOTORS>, const AXES: usize, const MOTORS: usize>
         self.words.bells.machine.is_rung()
     }
 
-    /// Where the axes are, counted from steps, mm.
+    /// The position of the axes, counted from steps, mm.
     pub fn position(&self) -> [f32; AXES] {
         let steps = self.words.shared.position();
         self.planner.axes_at(&steps).map(Coordinate::to_mm)

@@ -159,7 +159,7 @@ pub trait Board {
     /// Whether the board takes its own description over a line, by `$B=`.
     const TAKES_RECORD: bool = false;
 
-    /// Takes the text of a line after `$B=`: a part of the board's description, or its end where
+    /// Takes the text of a line after `$B=`: a part of the board's description, or its end if
     /// there is none. At rest only. It may write a flash, for a few ms. Returns the answer to the
     /// line, and a message for the operator if there is one.
     fn take_record(&mut self, _: &[u8]) -> (Result<(), Status>, Option<&'static str>) {

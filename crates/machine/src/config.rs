@@ -21,14 +21,14 @@ pub use leadscrew_interpreter::Dialect;
 /// from 450 mm/s at 500 mm/s² takes 202 mm, 4050 pixels of 0.05 mm; this is a little more.
 pub const PIXELS: usize = 4608;
 
-/// Where the pixels of the program's rows are kept. Borrowed as [`MoveQueues`] are, but apart from
+/// The memory of the pixels of the program's rows. Borrowed as [`MoveQueues`] are, but apart from
 /// them: the two can be in different memories of a microcontroller.
 pub type RowPixels = PixelQueue<PIXELS>;
 
 /// Moves that the machine's own motions, such as homing and parking, may have planned at once.
 pub(crate) const ASIDE_MOVES: usize = 4;
 
-/// Where planned moves are kept, `MOVES` of the program: by far the largest part of a machine. A
+/// The memory of planned moves, `MOVES` of the program: by far the largest part of a machine. A
 /// machine borrows it, so that it can be a `static` and need not be built on a stack. `BLOCKS` is
 /// for small queues: see [`Queue`].
 #[derive(Debug)]
@@ -190,7 +190,7 @@ impl SwitchRules {
         self.homing_only | self.towards_low | self.towards_high != 0
     }
 
-    /// The end at which the only switch of an axis stands, where motion away from the switch goes
+    /// The end at which the only switch of an axis stands, if motion away from the switch goes
     /// on; `None` for all other axes.
     pub(crate) const fn only_end(&self, axis: usize) -> Option<Ordering> {
         match (self.towards_low >> axis & 1, self.towards_high >> axis & 1) {

@@ -247,7 +247,7 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
     /// after it.
     ///
     /// `sharing`: motors that turn for several axes ([`leadscrew_planner::Kinematics::sharing`]).
-    /// Where one of them is locked, all of them are: a single one would drag another axis along.
+    /// If one of them is locked, all of them are: a single one would drag another axis along.
     pub fn watch_homing(&self, motors: MotorMask, sharing: MotorMask) {
         self.sharing.store(sharing.bits(), Ordering::Relaxed);
         self.homing.store(motors.bits(), Ordering::Release);

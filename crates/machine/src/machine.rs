@@ -40,10 +40,10 @@ pub struct Links<
     const PIXELS: usize,
     const BLOCKS: usize,
 > {
-    /// Where planned moves are kept. No interrupt uses them, but they are too large to be a part of
+    /// The memory of planned moves. No interrupt uses them, but they are too large to be a part of
     /// the machine.
     pub moves: &'a mut MoveQueues<AXES, MOTORS, MOVES, BLOCKS>,
-    /// Where the pixels of rows are kept: [`crate::config::RowPixels`], or fewer; 1 on a machine
+    /// The memory of the pixels of rows: [`crate::config::RowPixels`], or fewer; 1 on a machine
     /// without a laser.
     pub pixels: &'a mut PixelQueue<PIXELS>,
     /// Segments for the step interrupt, from a [`crate::config::SegmentQueue`].
@@ -203,12 +203,12 @@ where
         self.history.states()
     }
 
-    /// Where the axes are, counted from steps: machine position.
+    /// The position of the axes, counted from steps: machine position.
     pub fn position(&self) -> [Coordinate; AXES] {
         self.motion.position()
     }
 
-    /// Where work zero is: work coordinate system, G92 and tool length of the line that was taken
+    /// Work zero: work coordinate system, G92 and tool length of the line that was taken
     /// last.
     pub fn work_offset(&self) -> [Coordinate; AXES] {
         self.program.work_offset
@@ -416,6 +416,6 @@ fn earlier(one: Option<Instant>, other: Option<Instant>) -> Option<Instant> {
     }
 }
 
-/// Where a deadline has passed, the machine asks for the next poll this long after now (1 µs). So
+/// If a deadline has passed, the machine asks for the next poll this long after now (1 µs). So
 /// time goes on for a caller that sleeps from one deadline to the next.
 const SHORTEST_SLEEP: Duration = Duration::from_ticks(1);

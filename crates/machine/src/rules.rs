@@ -1,4 +1,4 @@
-//! Rules of limit switches that Grbl has not: they hold where the machine's build asks for them
+//! Rules of limit switches that Grbl has not: they hold if the machine's build asks for them
 //! ([`SwitchRules`](crate::config::SwitchRules)).
 //!
 //! ```text

@@ -190,7 +190,7 @@ where
         }
     }
 
-    /// The state as reports show it. It is `Run` where planned moves have not begun: a sender that
+    /// The state as reports show it. It is `Run` if planned moves have not begun: a sender that
     /// has had an `ok` for a move is not to take the machine for done.
     fn shown_state(&self) -> State {
         match self.is_about_to_move() {
@@ -342,7 +342,7 @@ fn number(coordinate: Coordinate) -> Number {
     Number::from_nanos(coordinate.nanos())
 }
 
-#[inline(never)] // machine 004 (`examples/machines/004`) takes 1508 bytes more where it is inlined
+#[inline(never)] // machine 004 (`examples/machines/004`) takes 1508 bytes more if it is inlined
 fn numbers<const AXES: usize>(coordinates: &[Coordinate; AXES]) -> [Number; AXES] {
     coordinates.map(number)
 }

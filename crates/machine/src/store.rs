@@ -87,7 +87,7 @@ where
     }
 
     /// Erases the area of the store that is not in use, so that no later change has to wait for
-    /// that. Where something was lost, nothing is erased yet. Main loop, after [`Machine::load`]
+    /// that. If something was lost, nothing is erased yet. Main loop, after [`Machine::load`]
     /// and before the first [`Machine::poll`]. Takes as long as the store does: half a second for a
     /// flash.
     ///

@@ -7,7 +7,7 @@ use leadscrew_gcode::{words, Letter};
 /// Whether a line needs this crate: it has a parameter, an expression, an O word, M98, M99 or G65.
 /// Plain G-code and lines that begin with `$` or `[` do not.
 ///
-/// Of a plain line without comments each byte is looked at once, 16 at a time where the processor
+/// Of a plain line without comments each byte is looked at once, 16 at a time if the processor
 /// can.
 #[inline]
 pub fn is_program(line: &[u8]) -> bool {

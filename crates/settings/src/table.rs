@@ -63,7 +63,7 @@ const WORD: Kind = Kind::Whole { max: 65_535 };
 /// A setting of the machine, or a setting that each axis has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Row {
-    /// The number after the `$`; the number for the first axis where each axis has the setting.
+    /// The number after the `$`; the number for the first axis if each axis has the setting.
     pub number: u16,
     /// A short name.
     pub name: &'static str,

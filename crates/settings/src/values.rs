@@ -134,7 +134,7 @@ impl<const AXES: usize> Default for Settings<AXES> {
 }
 
 impl<const AXES: usize> Settings<AXES> {
-    /// Makes the settings of a new machine: the table's defaults, or the machine's own where
+    /// Makes the settings of a new machine: the table's defaults, or the machine's own if
     /// `defaults` has one.
     pub fn new(defaults: &'static [Entry]) -> Self {
         Self::of_axes(AXES, defaults)

@@ -47,7 +47,7 @@ pub(crate) struct Inputs<const MOTORS: usize> {
     /// For each input, when its filter time ends; `None` if the filter does not wait for it.
     settling: [Option<Cycle>; INPUTS],
     believed: u16,
-    /// Where the motors stood at the edge of the probe.
+    /// The motors' places at the edge of the probe.
     at_probe: [i32; MOTORS],
     due: Cycle,
 }
@@ -55,7 +55,7 @@ pub(crate) struct Inputs<const MOTORS: usize> {
 /// A message to the machine that believed levels have changed.
 pub(crate) struct Told<const MOTORS: usize> {
     pub(crate) levels: Switches,
-    /// Where the motors stood at the edge.
+    /// The motors' places at the edge.
     pub(crate) position: [i32; MOTORS],
 }
 

@@ -221,7 +221,7 @@ impl Links {
         link.sending.pop_front()
     }
 
-    /// Puts the host's next byte on `channel` where the line is free.
+    /// Puts the host's next byte on `channel` if the line is free.
     pub(crate) fn feed(&mut self, channel: ChannelId, host: &mut impl Host, now: Cycle) {
         let Some(link) = self.links.get_mut(usize::from(channel.0)) else {
             return;

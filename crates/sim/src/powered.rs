@@ -51,7 +51,7 @@ pub trait Powered {
     fn axes(&self) -> usize;
     /// Lines that the machine has begun since power-up.
     fn lines_begun(&self) -> u32;
-    /// Where the carriages are, steps of their motors.
+    /// The carriages' places, steps of their motors.
     fn carriages(&self) -> [i32; MOST_MOTORS];
     /// Holds an input at a level whatever its switch does; `None` releases it. Returns the level at
     /// which it was held before.
@@ -87,7 +87,7 @@ pub struct Snapshot {
     pub feed: f32,
     /// Feed, rapid and spindle overrides, percent.
     pub overrides: [u8; 3],
-    /// Where work zero is, machine position, axis by axis.
+    /// The place of work zero, machine position, axis by axis.
     pub work_offset: Vec<f32>,
     /// The output to the spindle.
     pub spindle: SpindleOutput,
@@ -234,7 +234,7 @@ pub struct Supply {
     pub outputs: OutputsConfig,
     /// A failure of a heater during the run.
     pub heat_fault: Option<HeatFault>,
-    /// Where the carriages are, in steps of their motors; `None` for the places in the file.
+    /// The carriages' places, in steps of their motors; `None` for the places in the file.
     pub carriages: Option<[i32; MOST_MOTORS]>,
     /// The times of making steps on its board.
     pub timing: StepTiming,

@@ -233,7 +233,7 @@ fn cycles_of(interval: Interval) -> u64 {
     (interval.to_bits() >> 32) * CYCLES_PER_COUNT
 }
 
-/// The part of a dominant motor's step that one tick of `segment` makes, in [`PARTS`]. Where a step
+/// The part of a dominant motor's step that one tick of `segment` makes, in [`PARTS`]. If a step
 /// is split over segments, the whole step counts in the last of them.
 fn parts_per_tick<const MOTORS: usize>(segment: &Segment<MOTORS>) -> u64 {
     if segment.ends_event {

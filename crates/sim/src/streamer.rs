@@ -45,7 +45,7 @@ pub enum Reply<'a> {
     Alarm {
         /// GRBL's number.
         code: u8,
-        /// The first unanswered line in the program, from 1; the last answered line where none is
+        /// The first unanswered line in the program, from 1; the last answered line if none is
         /// unanswered.
         line: u64,
         /// That line as it stands in the program; empty if it has been answered.
@@ -212,7 +212,7 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
         self.answered
     }
 
-    /// The line that the machine is at: the first unanswered line, or the last one read where all
+    /// The line that the machine is at: the first unanswered line, or the last one read if all
     /// are answered.
     pub fn current(&self) -> u64 {
         self.pending

@@ -252,7 +252,7 @@ fn next_segment<P: StepPort, const MOTORS: usize>(
     } else {
         Ticks(0)
     };
-    // Where `least` makes the tick later, all following ticks are later by the same time.
+    // If `least` makes the tick later, all following ticks are later by the same time.
     port.arm(interrupt.stepper.wait().max(least));
     if segment.power != interrupt.power {
         // The tick before this one looked for the next power when this segment was not there yet.

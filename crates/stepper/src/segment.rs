@@ -9,7 +9,7 @@ use fixed::types::{I1F31, I32F32, U1F31, U32F32};
 /// The largest number of motors that a [`MotorMask`] can name.
 pub const MAX_MOTORS: usize = 8;
 
-/// A set of motors: bit *m* stands for motor *m* (bit 0 is X where axes and motors coincide).
+/// A set of motors: bit *m* stands for motor *m* (bit 0 is X if axes and motors coincide).
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct MotorMask(u8);
@@ -103,7 +103,7 @@ impl<const MOTORS: usize> Line<MOTORS> {
     /// Makes the line that moves each motor by its signed number of steps.
     ///
     /// # Errors
-    /// [`LineError`] where no motor steps, or one has too many steps.
+    /// [`LineError`] if no motor steps, or one has too many steps.
     pub fn new(delta: [i32; MOTORS]) -> Result<Self, LineError> {
         let steps = delta.map(i32::unsigned_abs);
         let most = steps.iter().copied().max().unwrap_or(0);

@@ -5,9 +5,9 @@
 //!
 //! | word | written by | read by |
 //! |---|---|---|
-//! | stop, laser off | main loop and switch interrupts (store only) | step interrupt, where restricted |
+//! | stop, laser off | main loop and switch interrupts (store only) | step interrupt, when restricted |
 //! | direction wait | main loop, at rest | step interrupt, when a line begins |
-//! | motor lock | main loop; the switch interrupt alone while the limit switches are watched for homing | step interrupt, where restricted |
+//! | motor lock | main loop; the switch interrupt alone while the limit switches are watched for homing | step interrupt, when restricted |
 //! | position, running, counters | step interrupt | anybody |
 //!
 //! An ordinary tick looks at one word only, *restricted*: everybody who stops, locks or switches
@@ -30,7 +30,7 @@ use core::sync::atomic::{compiler_fence, AtomicBool, AtomicI32, AtomicU32, Atomi
 /// Words shared by the step interrupt, the switch interrupts and the main loop.
 #[derive(Debug)]
 pub struct Shared<const MOTORS: usize> {
-    /// Set where one of the next three words may be in force: a stop, a laser that is held off, a
+    /// Set when one of the next three words may be in force: a stop, a laser that is held off, a
     /// locked motor.
     restricted: AtomicBool,
     stop: AtomicBool,

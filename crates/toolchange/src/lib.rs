@@ -34,7 +34,7 @@ pub struct ToolChangeConfig {
 }
 
 impl ToolChangeConfig {
-    /// The values of the settings where the machine's file gives none.
+    /// The values of the settings if the machine's file gives none.
     pub const DEFAULT: Self = Self {
         shown: Shown::Hold,
         clearance: CLEARANCE.default,

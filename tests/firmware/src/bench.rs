@@ -314,7 +314,7 @@ pub(crate) fn is_answer(line: &str) -> bool {
     line == "ok" || line.starts_with("error:")
 }
 
-/// Microseconds at full speed from one cycle to another; negative where `to` is the earlier one.
+/// Microseconds at full speed from one cycle to another; negative if `to` is the earlier one.
 pub(crate) fn micros_between(from: u64, to: u64) -> f64 {
     (to as f64 - from as f64) * 1e6 / CPU_HZ as f64
 }

@@ -16,7 +16,7 @@ use leadscrew_f407emu::{Edge, Machine, Match, Pin};
 
 /// How far apart the stores to two ports may be and still make one step event, cycles.
 const SKEW: u64 = 20;
-/// As [`SKEW`], where each motor's lines have a store of their own.
+/// As [`SKEW`], if each motor's lines have a store of their own.
 const SKEW_OF_LINES: u64 = 100;
 /// The most motors of a board.
 const MOTORS: usize = 6;
@@ -252,7 +252,7 @@ pub(crate) fn net<const MOTORS: usize>(steps: &[Step]) -> [i64; MOTORS] {
 }
 
 /// Counts the steps of motors while they are made. The last step event is counted anew at each
-/// look: where its edges are stores of their own, a look may come between them.
+/// look: if its edges are stores of their own, a look may come between them.
 #[derive(Clone, Debug)]
 pub(crate) struct Counter<const MOTORS: usize> {
     /// The number of step events that are counted for good, and the net steps in them.

@@ -25,7 +25,7 @@ pub(crate) use selected::CAPTURES;
 #[cfg(heaters)]
 pub(crate) use selected::{HEATER_FAULT, SENSORS};
 
-/// The profile's machine, with the options that the board has pins for. Where `LEADSCREW_TICK_NS`
+/// The profile's machine, with the options that the board has pins for. If `LEADSCREW_TICK_NS`
 /// is set at build time, its value in nanoseconds replaces `StepTiming::tick_ns`. This serves to
 /// find out how fast the board can step.
 pub(crate) const fn config() -> MachineConfig<AXES> {

@@ -2,7 +2,7 @@
 //! lines to the next state of [`FIVE_PHASE_HALF_STEPS`]. Each motor gets one store, one after the
 //! other.
 //!
-//! `$2` has nothing to invert: a line is high where current flows. `$3` turns a motor the other way
+//! `$2` has nothing to invert: a line is high when current flows. `$3` turns a motor the other way
 //! round.
 use crate::{chip::Bank, fast_memory::placed, profile::MOTORS, profile::PROFILE};
 use core::sync::atomic::{AtomicBool, AtomicU32, AtomicU8, Ordering::Relaxed};

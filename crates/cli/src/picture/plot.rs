@@ -1,6 +1,6 @@
 //! The toolpath in its coordinate system: cuts as wide as their tool, holes as wide as their drill.
 //!
-//! Where a tool's diameter is known, the material that it takes away is drawn pale, and the path of
+//! If a tool's diameter is known, the material that it takes away is drawn pale, and the path of
 //! its centre in full colour on top.
 
 use super::caption::Caption;
@@ -128,7 +128,7 @@ impl<'a> Plot<'a> {
     /// A height's place on the scale of depth.
     pub(super) fn level_of(&self, z: f32) -> u8 {
         let [top, bottom] = self.depth;
-        // Where all cuts have one depth, they get the last colour.
+        // If all cuts have one depth, they get the last colour.
         let share = 1.0 - (z - bottom) / (top - bottom).max(1e-3);
         (share.clamp(0.0, 1.0) * f32::from(LEVELS)).round() as u8
     }
@@ -153,7 +153,7 @@ impl<'a> Plot<'a> {
                 .set("width", right - left)
                 .set("height", bottom - top)
                 .set("preserveAspectRatio", "none")
-                // The grid shows through where nothing is burnt.
+                // The grid shows through if nothing is burnt.
                 .set("style", "mix-blend-mode:multiply")
                 .set("href", raster.address(self.per_mm)),
         )

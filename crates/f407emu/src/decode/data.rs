@@ -113,7 +113,7 @@ fn plain(word: u32, address: u32) -> Instruction {
     }
 }
 
-/// ADDW, SUBW, and ADR where the base is the PC.
+/// ADDW, SUBW, and ADR if the base is the PC.
 fn add_constant(op: DataOp, rd: u8, rn: u8, value: u32, address: u32) -> Instruction {
     let base = aligned_pc(address);
     let (op, value) = match (rn, op) {

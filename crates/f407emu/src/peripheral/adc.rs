@@ -9,7 +9,7 @@
 //!
 //! A channel sees only a pin in analog mode; the conversion of another one gives 0, and a warning.
 //!
-//! Not modelled, and warned of where a program asks for it: regular groups, triggers, DMA, fewer
+//! Not modelled, and warned of if a program asks for it: regular groups, triggers, DMA, fewer
 //! than 12 bits, alignment to the left, the analog watchdog, channels without a pin, converters that
 //! work together, a sampling time that changes during a conversion (section 13.13.4). ADC2 and ADC3
 //! do not exist here.

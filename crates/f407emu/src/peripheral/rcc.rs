@@ -12,7 +12,7 @@
 //! access to the peripheral ends the run.
 //!
 //! Not modelled: start-up times of oscillators and PLLs (they are ready at once; a crystal that is
-//! not fitted is never ready). Not modelled, and warned of where a program asks for it: clock
+//! not fitted is never ready). Not modelled, and warned of if a program asks for it: clock
 //! outputs, interrupts of clocks that become ready, the backup domain, clocks that stop in sleep.
 use crate::warning::{Warning, Warnings};
 

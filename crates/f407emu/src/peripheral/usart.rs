@@ -9,7 +9,7 @@
 //! After an overrun the receiver takes no byte until the program has read SR and then DR (section
 //! 30.3.3). A byte that had begun before the receiver was switched on is lost.
 //!
-//! Not modelled, and warned of where a program asks for it: parity, the ninth bit, breaks, LIN,
+//! Not modelled, and warned of if a program asks for it: parity, the ninth bit, breaks, LIN,
 //! smartcard, IrDA, half duplex, the synchronous mode, hardware flow control, mute mode, half stop
 //! bits, rates out of range, and changes while a byte goes out. Not modelled either: framing errors
 //! and noise, and the idle frame that TE sends before the first byte. A byte counts as received at

@@ -46,7 +46,7 @@ const NEAR: f64 = 1e-6;
 const CLEARLY: f64 = 2.0;
 
 impl Fit {
-    /// Finds the position of a board; the job is scaled too where `applies_scale`.
+    /// Finds the position of a board; the job is scaled too if `applies_scale`.
     ///
     /// # Errors
     /// Fewer than two points, or points in one place.

@@ -33,7 +33,7 @@ impl Board {
     /// Joins the files.
     ///
     /// # Errors
-    /// Where the files have nothing to drill or mill, or more tools than a machine has numbers for.
+    /// If the files have nothing to drill or mill, or more tools than a machine has numbers for.
     pub(super) fn new(
         files: &[Drawing],
         options: &Options,

@@ -15,7 +15,7 @@ const MOST_HOLES: f64 = 10_000.0;
 /// Writes the job of a board.
 ///
 /// # Errors
-/// Where a slot cannot be drilled.
+/// If a slot cannot be drilled.
 pub(super) fn job(board: &Board, options: &Options) -> Result<Job, String> {
     let mut writer = Writer {
         lines: Vec::new(),

@@ -31,7 +31,7 @@ pub struct Options {
     pub mill_feed: Option<Mm>,
     /// The greatest depth that is drilled or milled in one go, mm.
     pub peck: Option<Mm>,
-    /// Take feeds and speeds from the files where they have them.
+    /// Take feeds and speeds from the files if they have them.
     pub tool_feeds: bool,
     /// How fast the spindle turns, 1/min; `None` for the machine's highest speed.
     pub spindle: Option<u32>,
@@ -59,7 +59,7 @@ pub enum Mirror {
     Y,
 }
 
-/// A job, and its bit's number where each bit has a job of its own.
+/// A job, and its bit's number if each bit has a job of its own.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct DrillJob {
     /// The bit's number; `None` if the job has all bits.

@@ -1,4 +1,4 @@
-//! Facts that a file states about its numbers. Where it contradicts itself, either one statement
+//! Facts that a file states about its numbers. If it contradicts itself, either one statement
 //! counts, with a note, or the file is refused.
 //!
 //! | first | then | the one that counts |

@@ -26,7 +26,7 @@ impl Units {
         }
     }
 
-    /// The digits where nothing states them: Excellon's own defaults.
+    /// The digits if nothing states them: Excellon's own defaults.
     fn usual_digits(self) -> Digits {
         match self {
             Self::Inch => Digits {

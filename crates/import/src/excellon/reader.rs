@@ -61,7 +61,7 @@ pub(super) struct State {
     /// The tool in the spindle.
     pub(super) tool: Option<u32>,
     pub(super) mode: Mode,
-    /// Where the tool is.
+    /// The tool's place.
     pub(super) at: Point,
 }
 

@@ -37,7 +37,7 @@ pub(super) struct Plan<const AXES: usize> {
     pub(super) path: Path,
     /// The holes, and the words that the next line of the series need not repeat.
     pub(super) cycle: Option<(Cycle, Series)>,
-    /// Where the axis words lead, machine coordinates; the present position where they lead
+    /// The axis words' target, machine coordinates; the present position where they lead
     /// nowhere.
     pub(super) target: [Coordinate; AXES],
 }

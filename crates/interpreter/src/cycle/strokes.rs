@@ -15,7 +15,7 @@ pub struct Strokes<const AXES: usize> {
     /// The travel of the cycle's line: it ends where the cycle ends.
     travel: Travel<AXES>,
     clearance: Coordinate,
-    /// Where the last stroke ends.
+    /// The end of the last stroke.
     at: [Coordinate; AXES],
     /// The level that this hole has reached so far, machine coordinate.
     depth: Coordinate,

@@ -165,7 +165,7 @@ impl<const AXES: usize> Checker<AXES> {
         Err((LineFaultKind::Refused(status.into()), detail))
     }
 
-    /// Where the motors stand, in steps; `None` for an axis whose steps cannot be counted.
+    /// The motors' places, in steps; `None` for an axis whose steps cannot be counted.
     fn steps(&self) -> [Option<i32>; AXES] {
         let scales = self.scales();
         std::array::from_fn(|axis| scales[axis].steps(self.interpreter.position()[axis]))

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! The motions are left out on machines without parking or without homing (`$22`), while parking is
-//! forbidden (M56 P0), and where the spindle is already higher than the parking place. There is no
+//! forbidden (M56 P0), and if the spindle is already higher than the parking place. There is no
 //! wait for an output that was off. A laser needs no wait either: it comes on again with the
 //! program. `$SLP` does the same up to `park`.
 

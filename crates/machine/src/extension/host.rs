@@ -17,7 +17,7 @@ use leadscrew_stepper::OutputChange;
 /// The serial lines, as an extension speaks on them.
 struct Voice<'a, 'c> {
     console: &'a mut Console<'c>,
-    /// Where a line goes; `None`: to all.
+    /// The receiver of a line; `None`: to all.
     to: Option<ChannelId>,
 }
 

@@ -11,7 +11,7 @@
 //! ```
 //!
 //! All methods are called from the main loop and none may wait: a long activity is a value that
-//! [`Extension::perform`] advances. A pair of extensions is an extension: `(Heat, Vacuum)`. Where
+//! [`Extension::perform`] advances. A pair of extensions is an extension: `(Heat, Vacuum)`. If
 //! both know an M code or a setting, the first one has it. `()` is no extension: no code is
 //! compiled for it.
 //!
@@ -127,7 +127,7 @@ pub trait Extension<const AXES: usize> {
         &mut []
     }
 
-    /// The length of tool number `tool`, or of the tool in the spindle where `tool` is `None`: for
+    /// The length of tool number `tool`, or of the tool in the spindle if `tool` is `None`: for
     /// G43. Returns `None` if there is no such tool.
     fn tool_length(&self, tool: Option<u32>) -> Option<Coordinate> {
         let _ = tool;
@@ -194,9 +194,9 @@ impl<const AXES: usize> Extension<AXES> for () {
 pub enum Asked<'a, const AXES: usize> {
     /// A straight move, a whole arc, or a stroke of a cycle.
     Move {
-        /// Where it begins, machine position.
+        /// Its start, machine position.
         from: &'a [Coordinate; AXES],
-        /// Where it ends, machine position.
+        /// Its end, machine position.
         target: &'a [Coordinate; AXES],
         /// Whether it is a jog.
         jog: bool,

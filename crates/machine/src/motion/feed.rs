@@ -87,7 +87,7 @@ where
         }
     }
 
-    /// Starts the step timer, where [`Motion::prepare`] has returned `true`.
+    /// Starts the step timer, if [`Motion::prepare`] has returned `true`.
     pub(crate) fn start<B: Board>(&mut self, board: &mut B, now: Instant) {
         self.feeder.start(board, now);
     }
@@ -188,7 +188,7 @@ fn scaled(power: Power, percent: u8) -> Power {
 /// and a microsecond for each rounding of the time.
 const UNSEEN: Duration = Duration::from_ticks(100);
 
-/// A further reduction where power has a lead: half a tick of fast steps, for which power is needed
+/// A further reduction if power has a lead: half a tick of fast steps, for which power is needed
 /// beyond the lead.
 const HALF_A_TICK: Duration = Duration::from_ticks(50);
 
@@ -390,7 +390,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
     }
 
     /// The next segment is made when less than this is left, timer counts. Usually that is
-    /// [`SHORT`]: committed motion cannot be changed, so the segment is made late. Where ticks are
+    /// [`SHORT`]: committed motion cannot be changed, so the segment is made late. If ticks are
     /// [`CROWDED`], a segment takes long to make, so it is made as soon as there is room.
     fn least(&self) -> u32 {
         match self.is_crowded {

@@ -79,9 +79,9 @@ pub(crate) struct Motion<'a, K, const AXES: usize, const MOTORS: usize> {
     /// The power of the segment committed last.
     power_out: Power,
     pub(crate) drivers: Drivers,
-    /// Outputs that change where the next move of the program begins.
+    /// Outputs that change when the next move of the program begins.
     pub(crate) outputs: OutputChange,
-    /// Where the planned path ends, exactly.
+    /// The end of the planned path, exactly.
     pub(crate) path_end: [Coordinate; AXES],
     /// The travel of each axis: `$130` and up.
     pub(crate) travel: [Coordinate; AXES],

@@ -16,12 +16,12 @@ where
         self.resync();
     }
 
-    /// Where the axes are, counted from steps. Motors beyond the axes do not count.
+    /// The position of the axes, counted from steps. Motors beyond the axes do not count.
     pub(crate) fn position(&self) -> [Coordinate; AXES] {
         self.axes(&self.shared.position())
     }
 
-    /// Where the axes are when the motors are at `steps`.
+    /// The position of the axes when the motors are at `steps`.
     pub(crate) fn axes(&self, steps: &[i32; MOTORS]) -> [Coordinate; AXES] {
         self.program.planner.axes_at(steps)
     }

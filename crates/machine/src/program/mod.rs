@@ -26,7 +26,7 @@ pub(crate) struct Program<const AXES: usize> {
     pub(crate) work_offset: [Coordinate; AXES],
 }
 
-/// Where the probe touched last.
+/// The place at which the probe touched last.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Probed<const AXES: usize> {
     /// Machine position.

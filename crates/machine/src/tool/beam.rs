@@ -23,7 +23,7 @@ pub enum Beam {
     Dark,
     /// This power at any speed, and at rest (M3).
     Constant(Power),
-    /// This power at the programmed speed, less where motion is slower, none at rest (M4).
+    /// This power at the programmed speed, less when motion is slower, none at rest (M4).
     WithSpeed(Power),
 }
 

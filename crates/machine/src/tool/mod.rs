@@ -31,7 +31,7 @@ pub(crate) struct Tool {
     pub(crate) up_to_speed_at: Option<Instant>,
     /// The program's last command to the spindle.
     pub(crate) told: interpreter::Spindle,
-    /// The power that was put out in this rest; `None` in motion, and where it has to be put out
+    /// The power that was put out in this rest; `None` in motion, and if it has to be put out
     /// anew.
     rest_power: Option<Power>,
     /// The direction that was put out in this rest; `None` as for the power.

@@ -19,7 +19,7 @@ pub struct Parameters<const AXES: usize> {
     pub temporary: Coordinates<AXES>,
     /// Tool length offset, mm.
     pub tool_length: Number,
-    /// Where the probe touched last.
+    /// The place at which the probe touched last.
     pub probed: ProbeReport<AXES>,
     /// Unit of lengths.
     pub units: Units<AXES>,

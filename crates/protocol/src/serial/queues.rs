@@ -72,7 +72,7 @@ impl Receiver<'_> {
     }
 
     fn keep(&mut self, byte: u8) {
-        // Where the limit is the queue's own capacity, `enqueue` checks it.
+        // If the limit is the queue's own capacity, `enqueue` checks it.
         let fits = self.limit == self.bytes.capacity() || self.bytes.len() < self.limit;
         if fits && self.bytes.enqueue(byte).is_ok() {
             self.received = self.received.wrapping_add(1);
@@ -225,7 +225,7 @@ impl Inbox<'_> {
         }
     }
 
-    /// Where the other end went away, until [`Inbox::forget_close`]: nothing that came after is
+    /// If the other end went away, until [`Inbox::forget_close`]: nothing that came after is
     /// [`ready`](Self::ready). Main loop.
     pub fn closed(&self) -> Option<Mark> {
         let closed = self.shared.closed.load(Ordering::Acquire);
@@ -383,12 +383,12 @@ impl<'a> Output<'a> {
         self.add(0, format_args!("{line}\r\n"));
     }
 
-    /// As [`Output::line`], for text that may be missed where the other end reads slowly.
+    /// As [`Output::line`], for text that may be missed if the other end reads slowly.
     pub fn message(&mut self, line: impl fmt::Display) {
         self.add(MESSAGES_LEAVE, format_args!("{line}\r\n"));
     }
 
-    /// Adds `text` where that leaves `room` bytes; otherwise nothing.
+    /// Adds `text` if that leaves `room` bytes; otherwise nothing.
     fn add(&mut self, room: usize, text: fmt::Arguments<'_>) {
         let (before, lost) = (self.waiting.storage_len(), self.lost);
         // Writing here cannot fail; see `write_str`.

@@ -95,7 +95,7 @@ where
     /// [`Simulation::run_until`].
     ///
     /// # Panics
-    /// Where nothing can be planned with `setup.machine` (see [`Machine::new`]).
+    /// If nothing can be planned with `setup.machine` (see [`Machine::new`]).
     pub fn new(
         memory: &'a mut Memory<AXES, MOTORS, MOVES>,
         setup: &Setup<AXES>,
@@ -380,7 +380,7 @@ where
         }
     }
 
-    /// Looks at the inputs where contacts bounce or the board filters.
+    /// Looks at the inputs if contacts bounce or the board filters.
     fn look_at_inputs(&mut self, now: Cycle) {
         let position = self.shared.position();
         let contacts = self.board.contacts.as_mut();

@@ -12,7 +12,7 @@
 //! ```
 //!
 //! Every motor has a carriage of its own. Two motors on one axis are the two sides of a gantry. The
-//! gantry is square where both carriages stand at the same place; the plant does not limit its
+//! gantry is square if both carriages stand at the same place; the plant does not limit its
 //! skew.
 //!
 //! On crossed belts the first two motors move one carriage in X and Y: it stands at half their sum
@@ -299,7 +299,7 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         Some(self.plate?.height(place))
     }
 
-    /// Where the carriages are, in steps.
+    /// The carriages' places, in steps.
     pub fn position(&self) -> [i32; MOTORS] {
         self.carriages.each_ref().map(|carriage| carriage.position)
     }

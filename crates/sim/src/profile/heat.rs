@@ -47,18 +47,18 @@ pub struct HeaterTable {
     pub coldest: Option<Celsius>,
     /// A higher reading is a sensor's fault. If it is left out: 310 for a nozzle, 150 for a bed.
     pub hottest: Option<Celsius>,
-    /// The time in which the temperature must react to the heater's switch, s. Where it is left
+    /// The time in which the temperature must react to the heater's switch, s. If it is left
     /// out: 20 for a nozzle, 90 for a bed.
     pub patience_s: Option<u16>,
     /// The least change of temperature that counts as a reaction, K; 2 if it is left out.
     pub answer_k: Option<Positive>,
-    /// How far the temperature may be from the target once it has reached it, K. Where it is left
+    /// How far the temperature may be from the target once it has reached it, K. If it is left
     /// out: 30 for a nozzle, 20 for a bed.
     pub band_k: Option<Positive>,
-    /// How fast the heater warms a cold body, K/s; used by the simulator only. Where it is left
+    /// How fast the heater warms a cold body, K/s; used by the simulator only. If it is left
     /// out: 4 for a nozzle, 1 for a bed.
     pub warms_k_s: Option<Positive>,
-    /// The time constant with which the body cools, s; used by the simulator only. Where it is left
+    /// The time constant with which the body cools, s; used by the simulator only. If it is left
     /// out: 90 for a nozzle, 300 for a bed.
     pub cools_s: Option<Positive>,
 }

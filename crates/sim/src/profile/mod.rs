@@ -185,11 +185,11 @@ pub struct Axis {
     pub step_inverted: bool,
     /// The end at which it has its home; its bit in `$23` is set for `low`.
     pub home: End,
-    /// Where the carriage stands at power-up, mm.
+    /// The carriage's place at power-up, mm.
     pub start: Place,
-    /// Where its limit switches are.
+    /// The places of its limit switches.
     pub limits: Limits,
-    /// Which motion its limit switches stop, where `bounds.hard` is on.
+    /// Which motion its limit switches stop, if `bounds.hard` is on.
     pub stops: Stops,
     /// Whether it is a rotary axis: its unit is then degrees instead of millimetres.
     pub rotary: bool,
@@ -222,9 +222,9 @@ pub enum Socket {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum End {
-    /// Where its coordinate is lowest.
+    /// The end with its lowest coordinate.
     Low,
-    /// Where its coordinate is highest.
+    /// The end with its highest coordinate.
     #[default]
     High,
     /// At its zero. The axis has no home switch: `$H` moves it to zero once the other axes are
@@ -263,13 +263,13 @@ pub struct Limits {
 pub struct SecondMotor {
     /// The axis that it helps to move. Both have the same scale.
     pub axis: GantryAxis,
-    /// Where its carriage stands at power-up, mm on the axis's scale. It differs from the start of
-    /// the axis where the gantry is skewed.
+    /// Its carriage's place at power-up, mm on the axis's scale. It differs from the start of
+    /// the axis if the gantry is skewed.
     pub start: Place,
     /// Whether it turns the other way; it sets the motor's bit in `$3`.
     #[serde(default)]
     pub reversed: bool,
-    /// Where its limit switches are.
+    /// The places of its limit switches.
     #[serde(default)]
     pub limits: Limits,
     /// How far its switch may be from the first motor's switch.

@@ -32,14 +32,14 @@ const GRBL_TRAVEL: f64 = 200.0;
 /// Bytes of unanswered lines that a sender may have sent, if the profile does not say.
 const RECEIVE_BUFFER: u16 = 1024;
 
-/// Where the carriage of an axis can go, mm on the axis' own scale.
+/// The range of an axis's carriage, mm on the axis' own scale.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Room {
-    /// Where it stands at power-up.
+    /// Its place at power-up.
     pub start: f64,
-    /// Where its switch at the low end closes.
+    /// The place at which its switch at the low end closes.
     pub low: Option<f64>,
-    /// Where its switch at the high end closes.
+    /// The place at which its switch at the high end closes.
     pub high: Option<f64>,
     /// Whether it may pass its switches: they serve homing only.
     pub passes: bool,
@@ -292,7 +292,7 @@ impl Profile {
         }
     }
 
-    /// Where the carriages stand at power-up, in steps.
+    /// The carriages' places at power-up, in steps.
     pub fn start<const MOTORS: usize>(&self) -> [i32; MOTORS] {
         let second = self.second_motor.as_ref();
         let second = second.map(|second| steps(self.axis_of(second), second.start.mm()));

@@ -24,7 +24,7 @@ pub struct ToolChangeTable {
 }
 
 /// A tool that M3 moves down until a switch closes, and M5 moves up until another one closes;
-/// fitted where the file has this table.
+/// fitted if the file has this table.
 #[derive(Clone, Copy, PartialEq, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ToolSwitchesTable {

@@ -283,7 +283,7 @@ impl Toolpath {
         passes
     }
 
-    /// Where the path starts and ends: X and Y in mm.
+    /// Start and end of the path: X and Y in mm.
     pub fn ends(&self) -> [[f32; 2]; 2] {
         [flat(self.start), flat(self.at)]
     }

@@ -2,7 +2,7 @@
 
 use leadscrew_machine::explain::Ahead;
 
-/// The limit of a move's speed where it neither speeds up nor slows down.
+/// The limit of a move's speed if it neither speeds up nor slows down.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum SpeedLimit {
     /// The program's `F`.
@@ -172,7 +172,7 @@ pub(super) struct Limits {
     pub(super) steps: Vec<u32>,
     /// Length of the path, mm.
     pub(super) length: f64,
-    /// The speed where the move neither speeds up nor slows down, mm/s.
+    /// The speed if the move neither speeds up nor slows down, mm/s.
     pub(super) nominal: f64,
     /// The limit that sets `nominal`.
     pub(super) speed_limit: SpeedLimit,

@@ -55,7 +55,7 @@ struct Raw {
     stretch: Stretch,
     /// [`PlannedMove::line`].
     line: u32,
-    /// The limit of the move's speed where it neither speeds up nor slows down.
+    /// The limit of the move's speed if it neither speeds up nor slows down.
     speed_limit: Option<SpeedLimit>,
     /// Mean power and mean speed of its last piece.
     mean: [f64; 2],

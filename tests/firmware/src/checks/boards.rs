@@ -90,7 +90,7 @@ fn ensure_traces(
 }
 
 /// Checks the power output: at half of the power it is high for half of the period, and at full
-/// power always, each within a level. The period may be off by less than a level; it is exact where
+/// power always, each within a level. The period may be off by less than a level; it is exact if
 /// the timer's clock is a multiple of the frequency. Spindle and supplies are on.
 fn ensure_outputs(build: &Build, (hz, levels): (u64, u64)) -> Result<(), Failure> {
     let mut bench = Bench::boot(build)?;

@@ -6,7 +6,7 @@
 //! | SRAM1 at address 0 | vectors and step interrupts are in the bootloader's place, which QEMU has at 0 |
 //! | DMA of the serial line | bytes are carried between its memory and QEMU's USART |
 //! | TIM2's compare | the counter is set to the instant, and the interrupt pended |
-//! | TIM7 | its interrupt is pended where a byte has come |
+//! | TIM7 | its interrupt is pended when a byte has come |
 //! | TIM5 | its counter is set; its compare wakes nobody |
 //! | TIM11 | a pulse has no end |
 //! | pins | outputs are read off QEMU's log, inputs are high |

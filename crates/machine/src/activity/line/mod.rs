@@ -96,7 +96,7 @@ pub(crate) enum Progress {
 /// The line under way, if there is one.
 #[derive(Clone, Debug)]
 pub(crate) struct Executor<const AXES: usize> {
-    /// Where the line came from; `None` while none is under way.
+    /// The line's origin; `None` while none is under way.
     origin: Option<Origin>,
     kind: LineKind,
     commands: Commands<AXES>,
@@ -267,7 +267,7 @@ impl<const AXES: usize> Executor<AXES> {
         self.wait = Wait::Nothing;
     }
 
-    /// Where the line under way came from.
+    /// The origin of the line under way.
     pub(crate) fn origin(&self) -> Option<Origin> {
         self.origin
     }

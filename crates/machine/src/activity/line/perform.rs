@@ -222,7 +222,7 @@ where
     }
 
     /// The line number that reports show for a move: its `N` word, or else the count of the
-    /// program's lines where `$10` asks for line numbers.
+    /// program's lines if `$10` asks for line numbers.
     pub(super) fn line_of(&self, travel: &Travel<AXES>, kind: LineKind) -> Option<u32> {
         let counted = kind == LineKind::Program && self.reports(StatusReport::<AXES>::LINE);
         let count = Some(self.program.lines).filter(|_| counted);
