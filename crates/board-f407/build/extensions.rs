@@ -2,7 +2,7 @@
 use crate::machine::number;
 use leadscrew_boards::Board;
 use leadscrew_heat::{HeatConfig, Sensor};
-use leadscrew_sim::profile::Profile;
+use leadscrew_machine_file::Profile;
 
 /// Bytes of lines that are kept during a tool change: as many as a serial line's buffer takes.
 const KEPT: usize = 1024;

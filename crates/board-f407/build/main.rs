@@ -10,7 +10,7 @@ mod extensions;
 mod machine;
 
 use leadscrew_boards::{Board, BOARDS};
-use leadscrew_sim::profile::Profile;
+use leadscrew_machine_file::Profile;
 use std::{
     env,
     error::Error,

@@ -37,7 +37,7 @@ use leadscrew_machine::settings::values::Settings;
 use leadscrew_machine::soft_limits;
 use leadscrew_planner::Coordinate;
 use leadscrew_program::World;
-use leadscrew_sim::own::{Own, OwnPins};
+use leadscrew_sim::own::{extension, Own, OwnPins};
 use leadscrew_sim::profile::Room;
 use leadscrew_sim::scene::{StrokeKind, ToolSizes, Tooling, Toolpath};
 use leadscrew_stepper::MAX_STEP_EVENTS;
@@ -280,9 +280,7 @@ impl<const AXES: usize> Checker<AXES> {
             settings: Settings::new(machine.first()),
             interpreter: Interpreter::new(),
             motors: machine.file.motor_count(),
-            own: machine
-                .file
-                .extension(machine.outputs, None, OwnPins::default()),
+            own: extension(&machine.file, machine.outputs, None, OwnPins::default()),
             path: Toolpath::new([0.0; 3], false),
             tooling: machine.tooling(),
             tools: ToolSizes::default(),

@@ -14,6 +14,7 @@ use leadscrew_outputs::OutputsConfig;
 use leadscrew_sim::oven::HeatFault;
 use leadscrew_sim::profile::{BufferSize, LookAhead, Profile, MOST_AXES};
 use leadscrew_sim::scene::Tooling;
+use leadscrew_sim::Fixtures;
 
 /// A machine: its file, and its settings.
 #[derive(Clone, Debug)]

@@ -20,6 +20,7 @@ use leadscrew_sim::outcome::Outcome;
 use leadscrew_sim::powered::{Powered, Supply, MOST_MOTORS};
 use leadscrew_sim::scene::ToolSizes;
 use leadscrew_sim::streamer::{Replies, Streamer, Streaming};
+use leadscrew_sim::PowerUp;
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::io::{self, BufRead};

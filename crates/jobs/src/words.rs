@@ -3,6 +3,7 @@
 use crate::life::{End, Wait};
 use crate::time::Time;
 use leadscrew_sim::profile::Profile;
+use leadscrew_sim::Fixtures;
 
 /// A job's name without its folders, for a picture.
 pub fn title(file: &str) -> String {

@@ -59,6 +59,8 @@ use leadscrew_page::{hello, Desk, Glitches, Pages, Trail, Watcher};
 use leadscrew_sim::link::Rate;
 use leadscrew_sim::powered::Supply;
 use leadscrew_sim::profile::Profile;
+use leadscrew_sim::Fixtures;
+use leadscrew_sim::PowerUp;
 use remembered::Remembered;
 use server::{End, Server};
 use std::cell::RefCell;

@@ -6,6 +6,7 @@ use crate::{
 };
 use leadscrew_machine::{board::ChannelId, config::MachineConfig, step_timing::StepTiming};
 use leadscrew_planner::{Cartesian, Kinematics};
+use leadscrew_sim::PowerUp;
 use leadscrew_sim::{
     cost::Costs,
     plant::{Pin, Side, Switch},

@@ -213,7 +213,7 @@ mod tests {
 
     #[test]
     fn the_document_has_every_name_with_its_number() {
-        let document = include_str!("../../../../docs/machine-file.md");
+        let document = include_str!("../../../docs/machine-file.md");
         for (setting, name) in NAMED {
             let row = format!("| `{name}` | `${}` |", setting.row().number);
             assert!(document.contains(&row), "{row}");

@@ -2,7 +2,6 @@
 
 use super::value::{AxisLetter, Celsius, Positive, Volts};
 use super::Profile;
-use crate::oven::{Body, HeatWires};
 use leadscrew_heat::{Gates, HeatConfig, HeaterConfig, Limits, Sensor};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -87,6 +86,18 @@ pub enum SensorTable {
     },
 }
 
+/// A body that a heater warms, in the simulator: `dT/dt = power − (T − room) / cools`, with `power` = 0 while the heater is
+/// off.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Body {
+    /// How fast the heater warms the body, K/s.
+    pub power: f32,
+    /// The time in which the difference to the room falls to 37 %, s.
+    pub cools: f32,
+    /// How its temperature is read.
+    pub sensor: Sensor,
+}
+
 /// A fan.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -146,14 +157,6 @@ impl Heaters {
         self.tables()
             .map(|(table, usual)| table.body(usual))
             .collect()
-    }
-
-    /// The wires that only some machines have.
-    pub fn wires(&self) -> HeatWires {
-        HeatWires {
-            supply_relay: self.supply_relay,
-            fault_input: self.fault_input,
-        }
     }
 
     /// All heaters, the nozzle first.

@@ -13,6 +13,7 @@
 //!
 //! `examples/machines/` holds machine files with every key explained. `leadscrew schema machine`
 //! prints their JSON schema.
+#![forbid(unsafe_code)]
 
 mod arrays;
 mod contradiction;
@@ -27,7 +28,7 @@ mod value;
 
 pub use error::{ProfileError, Wrong};
 pub use fit::NotInRecord;
-pub use heat::{Fan, HeaterTable, Heaters, SensorTable};
+pub use heat::{Body, Fan, HeaterTable, Heaters, SensorTable};
 pub use named::{
     Bounds, DeadMan, Homing, Laser, Motors, Path as PathSettings, Reports, Spindle, Streaming,
 };
@@ -422,6 +423,11 @@ impl Profile {
         }
     }
 }
+
+/// The example of the package's README, run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
 
 #[cfg(test)]
 mod tests {
