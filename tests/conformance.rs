@@ -69,7 +69,7 @@ fn said(exchanges: &[Exchange]) -> Vec<&str> {
         .collect()
 }
 
-/// Whether a line is as expected. Lines with positions may differ by one unit of the last decimal;
+/// True if a line is as expected. Lines with positions may differ by one unit of the last decimal;
 /// all other lines must be the same to the byte.
 fn agrees(expected: &str, found: &str) -> bool {
     const POSITIONS: [&str; 10] = [
@@ -95,7 +95,7 @@ fn parts(line: &str) -> Vec<&str> {
     line.split([':', ',', '[', ']']).collect()
 }
 
-/// Whether two numbers of 3 or 4 decimals differ by at most one unit of the last decimal.
+/// Returns true if two numbers of 3 or 4 decimals differ by at most one unit of the last decimal.
 fn is_near(expected: &str, found: &str) -> bool {
     let units = |number: &str| {
         let (_, places) = number.split_once('.')?;

@@ -83,7 +83,7 @@ impl Light {
     }
 }
 
-/// Whether a line of `rest` steps may be the remaining part of a line of `all` steps: its motors
+/// True if a line of `rest` steps may be the remaining part of a line of `all` steps: its motors
 /// have the same ratios, to the nearest step.
 fn is_rest(rest: &[u32], all: &[u32]) -> bool {
     let events = |line: &[u32]| i64::from(line.iter().copied().max().unwrap_or(0));
@@ -94,7 +94,7 @@ fn is_rest(rest: &[u32], all: &[u32]) -> bool {
     })
 }
 
-/// Whether a laser may burn in motion of this kind. Grbl lets it burn in a jog, too.
+/// Returns true if a laser may burn in motion of this kind. Grbl lets it burn in a jog, too.
 fn burns(kind: MoveKind) -> bool {
     match kind {
         MoveKind::Feed | MoveKind::Jog => true,

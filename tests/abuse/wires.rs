@@ -60,7 +60,7 @@ impl Wire {
 pub(super) struct Wires(pub(super) [Wire; LINES]);
 
 impl Wires {
-    /// Whether a line was sent that stops the spindle until the next move: `$H`, `$30=` or `$31=`,
+    /// True if a line was sent that stops the spindle until the next move: `$H`, `$30=` or `$31=`,
     /// in any spelling.
     pub(super) fn stop_the_spindle(&self) -> bool {
         let lines = |wire: &Wire| {

@@ -70,7 +70,7 @@ fn commands_of_the_operator_change_the_state_within_a_millisecond_in_every_situa
     }
 }
 
-/// Whether `after` is the state at the end of the deceleration of `before`.
+/// Returns true if `after` is the state at the end of the deceleration of `before`.
 fn is_end(before: State, after: State) -> bool {
     before
         .stopped()

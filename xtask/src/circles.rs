@@ -20,7 +20,7 @@ type Module = Vec<String>;
 /// A path that a file names, from the root of its crate.
 struct Import {
     path: Module,
-    /// Whether it is a `pub use`: its last name can be found in the file's module, too.
+    /// True if it is a `pub use`: its last name can be found in the file's module, too.
     is_public: bool,
 }
 

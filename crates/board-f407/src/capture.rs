@@ -158,7 +158,7 @@ impl Part {
         Told { part: self, first }
     }
 
-    /// Whether an edge was lost: it came before DMA had taken the one before, or found the memory
+    /// True if an edge was lost: it came before DMA had taken the one before, or found the memory
     /// full.
     fn has_lost(&self) -> bool {
         let flags = tick_timer().sr().read();

@@ -245,7 +245,7 @@ pub(crate) fn take_alarms() -> bool {
     flags.cc2if().bit()
 }
 
-/// Whether the main loop is to run once more.
+/// True if the main loop is to run once more.
 static AWAKE: AtomicBool = AtomicBool::new(true);
 
 /// Makes the main loop run once more. Any context: all contexts run on one core, where only the

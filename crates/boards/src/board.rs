@@ -18,7 +18,7 @@ pub struct Board {
     pub start: u32,
     /// The numbers of the two flash sectors that keep the settings.
     pub settings: [u8; 2],
-    /// Whether the pins of the debug port, PA13 and PA14, may have another purpose: then no probe
+    /// True if the pins of the debug port, PA13 and PA14, may have another purpose: then no probe
     /// reaches the firmware while it runs.
     #[serde(default, rename = "gives-up-debug-port")]
     pub gives_up_debug_port: bool,
@@ -276,7 +276,7 @@ impl Board {
         own.chain(self.sockets.motors.iter().copied())
     }
 
-    /// Whether the board switches the windings of its motors itself. [`Board::check`] refuses a
+    /// True if the board switches the windings of its motors itself. [`Board::check`] refuses a
     /// board that has both kinds of motors.
     #[must_use]
     pub fn switches_windings(&self) -> bool {

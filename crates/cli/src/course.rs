@@ -67,9 +67,9 @@ pub(super) struct Course {
     pub(super) rate: Rate,
     pub(super) keep_going: bool,
     pub(super) quiet: bool,
-    /// Whether to keep which line each answer was for.
+    /// True if to keep which line each answer was for.
     pub(super) keep_answers: bool,
-    /// Whether only times count.
+    /// True if only times count.
     pub(super) only_times: bool,
 }
 

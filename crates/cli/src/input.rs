@@ -128,7 +128,7 @@ fn has_ending(path: &Path, endings: &[&str]) -> bool {
     path.is_file() && endings.iter().any(|known| ending == **known)
 }
 
-/// Whether a name stands for standard input.
+/// Returns true if a name stands for standard input.
 pub(super) fn is_stdin(name: &Path) -> bool {
     name.as_os_str() == "-"
 }
@@ -186,7 +186,7 @@ fn from_reader(
     })
 }
 
-/// Whether a file begins as UTF-16 does: with its mark, or with a NUL in every other byte.
+/// Returns true if a file begins as UTF-16 does: with its mark, or with a NUL in every other byte.
 fn is_wide(head: &[u8]) -> bool {
     let has_mark = head.starts_with(b"\xFF\xFE") || head.starts_with(b"\xFE\xFF");
     let nuls = |from: usize| head.iter().skip(from).step_by(2).all(|byte| *byte == 0);

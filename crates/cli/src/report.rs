@@ -40,7 +40,7 @@ pub(super) struct Report {
     pub(super) steps_per_mm: Vec<f64>,
     /// Steps of a turn of each axis's motor, if that is known.
     pub(super) steps_per_rev: Vec<Option<f64>>,
-    /// Whether motors 0 and 1 turn X and Y together, by crossed belts.
+    /// True if motors 0 and 1 turn X and Y together, by crossed belts.
     pub(super) crossed: bool,
     /// What the tool does to the material: cut, extruded.
     pub(super) work: &'static str,
@@ -139,7 +139,7 @@ struct JsonCpu {
 }
 
 impl Report {
-    /// Whether the job met neither an error nor an alarm.
+    /// Returns true if the job met neither an error nor an alarm.
     pub(super) fn is_clean(&self) -> bool {
         self.error_count == 0 && self.alarm.is_none()
     }

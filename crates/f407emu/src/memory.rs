@@ -224,7 +224,7 @@ impl Memory {
         decoded
     }
 
-    /// Whether an instruction of 32 bits begins at an address in the flash.
+    /// Returns true if an instruction of 32 bits begins at an address in the flash.
     pub(crate) fn is_wide(&self, address: u32) -> bool {
         let offset = address.wrapping_sub(FLASH) as usize;
         let upper = self.flash.get(offset.wrapping_add(1)).copied().unwrap_or(0);

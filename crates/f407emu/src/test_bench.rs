@@ -60,7 +60,7 @@ impl Machine {
         self.reschedule();
     }
 
-    /// Whether the host has set the device up, so that bytes go both ways.
+    /// Returns true if the host has set the device up, so that bytes go both ways.
     pub fn usb_is_up(&self) -> bool {
         self.devices.usb.host.is_talking()
     }

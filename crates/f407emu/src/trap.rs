@@ -72,7 +72,7 @@ pub enum Stop {
     Loader {
         /// The stack pointer.
         stack: u32,
-        /// Whether PRIMASK keeps interrupts away.
+        /// True if PRIMASK keeps interrupts away.
         masked: bool,
     },
 }

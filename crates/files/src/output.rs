@@ -31,12 +31,12 @@ impl std::fmt::Display for OutputError {
 
 impl std::error::Error for OutputError {}
 
-/// Whether an output goes to standard output. If so, messages about the job are not printed there.
+/// True if an output goes to standard output. If so, messages about the job are not printed there.
 pub fn is_stdout(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-/// Whether a path leads to the same file as one of `inputs`: an output must not replace an input. A
+/// True if a path leads to the same file as one of `inputs`: an output must not replace an input. A
 /// device does not count, since it may be input and output.
 pub fn is_input(path: &Path, inputs: &[&Path]) -> bool {
     let target = fs::canonicalize(path).ok().filter(|path| path.is_file());

@@ -86,7 +86,7 @@ pub struct Heater {
     kept: f32,
     celsius: f32,
     on: bool,
-    /// Whether it has been at its target since the target was set.
+    /// True if it has been at its target since the target was set.
     reached: bool,
     watch: Option<Watch>,
 }
@@ -119,7 +119,7 @@ impl Heater {
         self.target
     }
 
-    /// Whether it is off, or has reached its target.
+    /// Returns true if it is off, or has reached its target.
     pub fn is_ready(&self) -> bool {
         self.target == 0.0 || self.reached
     }

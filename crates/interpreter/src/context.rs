@@ -64,7 +64,7 @@ pub struct Dialect {
 }
 
 impl Dialect {
-    /// Whether the machine knows LinuxCNC's words. A build without the feature `linuxcnc` has no
+    /// True if the machine knows LinuxCNC's words. A build without the feature `linuxcnc` has no
     /// code for them: firmware for small chips.
     pub const fn has_linuxcnc(&self) -> bool {
         cfg!(feature = "linuxcnc") && self.linuxcnc

@@ -149,7 +149,7 @@ struct Checker<const AXES: usize> {
     tooling: Tooling,
     /// The tools that comments describe; kept only for a picture.
     tools: ToolSizes,
-    /// Whether targets outside the travel are faults even with soft limits off.
+    /// True if targets outside the travel are faults even with soft limits off.
     travel_counts: bool,
     /// The state of the machine.
     state: State<AXES>,

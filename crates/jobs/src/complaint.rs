@@ -54,7 +54,7 @@ impl Fault {
         }
     }
 
-    /// Whether the machine accepts the line.
+    /// Returns true if the machine accepts the line.
     pub fn is_remark(self) -> bool {
         matches!(self, Self::Remark(_))
     }

@@ -179,7 +179,7 @@ fn kind(head: &str) -> Option<Foreign> {
     }
 }
 
-/// Whether a line describes a drill, such as `T1C0.8`.
+/// Returns true if a line describes a drill, such as `T1C0.8`.
 fn is_tool(line: &str) -> bool {
     let digits = |text: &str| {
         text.find(|c: char| !c.is_ascii_digit())
@@ -193,7 +193,7 @@ fn is_tool(line: &str) -> bool {
     end > 0 && size.is_some_and(|size| size.starts_with(|c: char| c.is_ascii_digit() || c == '.'))
 }
 
-/// Whether a line names the columns of an engraver's rows.
+/// Returns true if a line names the columns of an engraver's rows.
 fn names_columns(line: &str) -> bool {
     let line = line.to_ascii_lowercase();
     let names: Vec<&str> = line

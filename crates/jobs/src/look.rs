@@ -186,7 +186,7 @@ fn check(job: &Job, machine: &Machine) -> io::Result<Checked> {
     })
 }
 
-/// Whether a job homes the machine.
+/// Returns true if a job homes the machine.
 fn homes(text: &[u8]) -> bool {
     let begins = |line: &[u8]| {
         let mut bare = line.iter().filter(|byte| !byte.is_ascii_whitespace());

@@ -116,7 +116,7 @@ impl ProfileReport {
         }
     }
 
-    /// Whether the job met neither an error nor an alarm.
+    /// Returns true if the job met neither an error nor an alarm.
     pub fn is_clean(&self) -> bool {
         self.error_count == 0 && self.alarm.is_none()
     }

@@ -70,7 +70,7 @@ pub fn rest_of(
     }))
 }
 
-/// Whether the first of these lines that moves an axis leaves its motion to a line before.
+/// Returns true if the first of these lines that moves an axis leaves its motion to a line before.
 fn goes_on(lines: &[Vec<u8>]) -> bool {
     for line in lines.iter().filter(|line| !line.starts_with(b"$")) {
         let words: Vec<Word> = words(line).flatten().collect();

@@ -47,17 +47,17 @@ pub struct Stream<'a> {
     pub machine: &'a Machine,
     /// The serial line.
     pub rate: Rate,
-    /// Whether lines after a refused one are sent all the same.
+    /// True if lines after a refused one are sent all the same.
     pub keep_going: bool,
     /// The feed override, 100 to 200 in tens.
     pub feed_percent: u8,
-    /// Whether to keep which line each answer was for (8 bytes a line), and the sizes of the tools.
+    /// True if to keep which line each answer was for (8 bytes a line), and the sizes of the tools.
     pub keep_answers: bool,
-    /// Whether to report likely mistakes.
+    /// True if to report likely mistakes.
     pub warn: bool,
-    /// Whether only times count: no step is seen by an observer, and no peak is measured.
+    /// True if only times count: no step is seen by an observer, and no peak is measured.
     pub only_times: bool,
-    /// Whether the carriages stand where the machine's file puts them: a job ends before a line
+    /// True if the carriages stand where the machine's file puts them: a job ends before a line
     /// that they cannot follow. Otherwise the job is run for what it does, wherever it begins.
     pub knows_place: bool,
     /// Is called with news while the job runs.
@@ -213,7 +213,7 @@ impl Stream<'_> {
     }
 }
 
-/// Whether a job shows in its first bytes that it is a program: it may read where the machine is,
+/// True if a job shows in its first bytes that it is a program: it may read where the machine is,
 /// which a checker knows.
 fn begins_as_program(head: &[u8]) -> bool {
     head.split(|byte| matches!(byte, b'\n' | b'\r'))

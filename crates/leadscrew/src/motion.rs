@@ -359,7 +359,7 @@ impl<K: Kinematics<AXES, MOTORS>, const AXES: usize, const MOTORS: usize>
         }
     }
 
-    /// Whether no step is to come without a further poll that has something to hand out.
+    /// Returns true if no step is to come without a further poll that has something to hand out.
     fn is_at_rest(&self) -> bool {
         let nothing_comes = self.segmenter.is_held() || self.segmenter.is_idle();
         nothing_comes && !self.words.shared.is_running() && self.segments.is_empty()

@@ -24,9 +24,9 @@ pub struct Heaters {
     pub feeders: u8,
     /// No program moves until all heaters that have a target have reached it.
     pub wait_until_ready: bool,
-    /// Whether a relay supplies all heaters. It goes off if one of them does not cool.
+    /// True if a relay supplies all heaters. It goes off if one of them does not cool.
     pub supply_relay: bool,
-    /// Whether another controller, or a thermal cut-out, reports faults on an input.
+    /// True if another controller, or a thermal cut-out, reports faults on an input.
     pub fault_input: bool,
 }
 
@@ -102,7 +102,7 @@ pub struct Body {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Fan {
-    /// Whether the machine has a fan, which M106 and M107 switch.
+    /// True if the machine has a fan, which M106 and M107 switch.
     pub fitted: bool,
 }
 
@@ -140,7 +140,7 @@ const HYSTERESIS: f32 = 2.0;
 const REFERENCE: f32 = 5.0;
 
 impl Heaters {
-    /// Whether there is any heater.
+    /// Returns true if there is any heater.
     pub fn is_any(&self) -> bool {
         self.tables().next().is_some()
     }

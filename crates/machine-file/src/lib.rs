@@ -180,9 +180,9 @@ pub struct Axis {
     /// How quickly it changes speed, mm/s²: the first value of `$120`, `$121`, …
     #[schemars(with = "Option<f64>")]
     pub acceleration_mm_s2: Option<Spanned<Positive>>,
-    /// Whether its motor turns the other way; it sets the motor's bit in `$3`.
+    /// True if its motor turns the other way; it sets the motor's bit in `$3`.
     pub reversed: bool,
-    /// Whether its step pulses are inverted; it sets the motor's bit in `$2`.
+    /// True if its step pulses are inverted; it sets the motor's bit in `$2`.
     pub step_inverted: bool,
     /// The end at which it has its home; its bit in `$23` is set for `low`.
     pub home: End,
@@ -192,7 +192,7 @@ pub struct Axis {
     pub limits: Limits,
     /// Which motion its limit switches stop, if `bounds.hard` is on.
     pub stops: Stops,
-    /// Whether it is a rotary axis: its unit is then degrees instead of millimetres.
+    /// True if it is a rotary axis: its unit is then degrees instead of millimetres.
     pub rotary: bool,
     /// The board's socket of its motor and limit switch, if it is not the next one in the order
     /// x, y, z, spare, spare-2, spare-3.
@@ -267,7 +267,7 @@ pub struct SecondMotor {
     /// Its carriage's place at power-up, mm on the axis's scale. It differs from the start of
     /// the axis if the gantry is skewed.
     pub start: Place,
-    /// Whether it turns the other way; it sets the motor's bit in `$3`.
+    /// True if it turns the other way; it sets the motor's bit in `$3`.
     #[serde(default)]
     pub reversed: bool,
     /// The places of its limit switches.
@@ -336,7 +336,7 @@ pub struct Probe {
 #[derive(Clone, Copy, PartialEq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Switches {
-    /// Whether limit switches are normally closed, so that they open when they are worked (setting:
+    /// True if limit switches are normally closed, so that they open when they are worked (setting:
     /// `$5=1`).
     pub normally_closed: bool,
     /// How often per second a wrong level is seen on the limit inputs, for example from a cable
@@ -361,9 +361,9 @@ pub struct Switches {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Door {
-    /// Whether there is a safety door.
+    /// True if there is a safety door.
     pub fitted: bool,
-    /// Whether it is open at power-up.
+    /// True if it is open at power-up.
     pub open: bool,
 }
 

@@ -32,7 +32,7 @@ pub struct Room {
     pub low: Option<f64>,
     /// The place at which its switch at the high end closes.
     pub high: Option<f64>,
-    /// Whether it may pass its switches: they serve homing only.
+    /// True if it may pass its switches: they serve homing only.
     pub passes: bool,
     /// Steps of its motor in a millimetre.
     pub steps_per_mm: f64,

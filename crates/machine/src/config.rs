@@ -185,7 +185,7 @@ impl SwitchRules {
         towards_high: 0,
     };
 
-    /// Whether a switch stops fewer motions than in Grbl.
+    /// Returns true if a switch stops fewer motions than in Grbl.
     pub(crate) const fn are_own(&self) -> bool {
         self.homing_only | self.towards_low | self.towards_high != 0
     }

@@ -48,7 +48,7 @@ where
         hit || leads_into && !matches!(self.state, State::Home | State::Alarm(_))
     }
 
-    /// Whether a limit switch is closed, so that only jogs are allowed. At rest.
+    /// Returns true if a limit switch is closed, so that only jogs are allowed. At rest.
     pub(crate) fn is_at_limit<B: Board>(&mut self, board: &B) -> bool {
         if !self.settings.is_on(Setting::HardLimits) {
             return false;

@@ -63,7 +63,7 @@ where
         }
     }
 
-    /// Whether a line would be carried out at once.
+    /// Returns true if a line would be carried out at once.
     pub(crate) fn can_take_line(&self) -> bool {
         let rests = || self.state != State::Run && self.motion.is_idle();
         !self.activity.line.is_busy()
@@ -72,14 +72,14 @@ where
             && (!self.program.line_waits || rests())
     }
 
-    /// Whether a `$` line changes a setting behind moves that have not begun: then it is carried
+    /// True if a `$` line changes a setting behind moves that have not begun: then it is carried
     /// out after them.
     fn awaits_motion(&self, line: &[u8]) -> bool {
         let command = || SystemCommand::parse(line, &self.circumstances());
         self.is_about_to_move() && matches!(command(), Ok(SystemCommand::Set { .. }))
     }
 
-    /// Whether moves are planned that have not begun.
+    /// Returns true if moves are planned that have not begun.
     pub(crate) fn is_about_to_move(&self) -> bool {
         self.state == State::Idle && !self.motion.is_idle()
     }

@@ -259,7 +259,7 @@ where
         self.history.last_alarm
     }
 
-    /// Whether nothing is under way: no motion, no line, no list, no output that waits.
+    /// Returns true if nothing is under way: no motion, no line, no list, no output that waits.
     pub fn is_quiet(&self) -> bool {
         self.motion.is_idle()
             && !self.activity.line.is_busy()
@@ -269,7 +269,7 @@ where
             && self.console.is_quiet()
     }
 
-    /// Whether a line is under way that waits neither for the operator nor for a reset.
+    /// Returns true if a line is under way that waits neither for the operator nor for a reset.
     pub fn line_goes_on(&self) -> bool {
         self.activity.line.is_busy() && self.state.takes_lines()
     }
@@ -319,7 +319,7 @@ where
         }
     }
 
-    /// Whether the motors are not needed in this state: their drivers go off, even if `$1` keeps
+    /// True if the motors are not needed in this state: their drivers go off, even if `$1` keeps
     /// them on.
     pub(crate) fn is_locked(&self) -> bool {
         match self.state {
@@ -378,7 +378,7 @@ where
         deadlines.into_iter().fold(None, earlier)
     }
 
-    /// Whether there is something to do, besides segments, that no interrupt will announce.
+    /// Returns true if there is something to do, besides segments, that no interrupt will announce.
     fn is_busy(&mut self) -> bool {
         let takes_lines = self.can_take_line();
         let resting = self.motion.is_at_rest();

@@ -66,7 +66,7 @@ where
         self.console.time_left = None;
     }
 
-    /// Whether `$10` has this bit, and the machine knows the bit.
+    /// Returns true if `$10` has this bit, and the machine knows the bit.
     pub(crate) fn reports(&self, bit: u8) -> bool {
         self.settings.mask(Setting::ReportMask) & self.config.report_bits & bit != 0
     }
@@ -199,7 +199,7 @@ where
         }
     }
 
-    /// Whether reports take the cadence of a busy machine.
+    /// Returns true if reports take the cadence of a busy machine.
     fn is_moving_about(&self) -> bool {
         match self.shown_state() {
             State::Run | State::Jog(_) | State::Hold(_) | State::Home | State::Door(_) => true,

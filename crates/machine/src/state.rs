@@ -55,7 +55,7 @@ pub enum Jog {
     Moving,
     /// The jog slows down. Once it stands, the rest of its way is forgotten.
     Cancelling {
-        /// Whether the safety door has opened meanwhile: then the door's sequence follows.
+        /// True if the safety door has opened meanwhile: then the door's sequence follows.
         then_door: bool,
     },
 }
@@ -121,7 +121,7 @@ pub enum Lock {
 }
 
 impl State {
-    /// Whether motion planned by lines or cycles may be under way.
+    /// Returns true if motion planned by lines or cycles may be under way.
     pub fn is_moving(self) -> bool {
         match self {
             Self::Run | Self::Jog(_) | Self::Home | Self::Sleep => true, // asleep: parking
@@ -131,7 +131,7 @@ impl State {
         }
     }
 
-    /// Whether lines are taken and executed at all.
+    /// Returns true if lines are taken and executed at all.
     pub fn takes_lines(self) -> bool {
         match self {
             Self::Idle | Self::Run | Self::Jog(Jog::Moving) | Self::Check => true,
@@ -144,7 +144,7 @@ impl State {
         }
     }
 
-    /// Whether motion may be started out of rest.
+    /// Returns true if motion may be started out of rest.
     pub fn may_start(self) -> bool {
         match self {
             Self::Idle | Self::Run | Self::Jog(Jog::Moving) | Self::Home => true,

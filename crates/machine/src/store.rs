@@ -81,7 +81,7 @@ where
         Ok(if sound { condition } else { Condition::Damaged })
     }
 
-    /// Whether there is a store, and something is not in it yet.
+    /// Returns true if there is a store, and something is not in it yet.
     pub(crate) fn has_unsaved(&self) -> bool {
         self.store.records.is_some() && !self.store.unsaved.is_empty()
     }

@@ -69,7 +69,7 @@ where
         }
     }
 
-    /// Whether nothing moves and nothing is asked to: the board itself may be changed.
+    /// Returns true if nothing moves and nothing is asked to: the board itself may be changed.
     fn rests(&self) -> bool {
         match self.state {
             State::Idle | State::Alarm(_) => self.motion.is_idle(),
@@ -409,7 +409,7 @@ where
         Ok(())
     }
 
-    /// Whether there is a door, and it is open now.
+    /// Returns true if there is a door, and it is open now.
     pub(crate) fn is_door_open<B: Board>(&self, board: &B) -> bool {
         self.switches.inputs.active(&board.switches()).door
     }

@@ -52,7 +52,7 @@ pub struct Outputs<P> {
     port: P,
     /// The outputs that a hold has switched off; `None` while no hold is in force.
     held: Option<u8>,
-    /// Whether the operator has the machine (a tool change). This counts as a hold, whatever the
+    /// True if the operator has the machine (a tool change). This counts as a hold, whatever the
     /// state is.
     is_aside: bool,
 }

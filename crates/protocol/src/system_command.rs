@@ -130,9 +130,9 @@ pub enum Activity {
 pub struct Circumstances {
     /// The activity of the machine.
     pub activity: Activity,
-    /// Whether homing is switched on, `$22`.
+    /// True if homing is switched on, `$22`.
     pub homing: bool,
-    /// Whether the machine was built to home single axes.
+    /// True if the machine was built to home single axes.
     pub single_axis_homing: bool,
 }
 
@@ -141,7 +141,7 @@ pub struct Circumstances {
 type Refused<'a> = (Status, &'a [u8]);
 
 impl<'a> SystemCommand<'a> {
-    /// Whether the operator may give this command while a program's line is put aside (a tool
+    /// True if the operator may give this command while a program's line is put aside (a tool
     /// change).
     pub fn serves_operator(&self) -> bool {
         match self {
@@ -165,7 +165,7 @@ impl<'a> SystemCommand<'a> {
         }
     }
 
-    /// Whether the command is refused as soon as a move is planned, even before the move begins.
+    /// True if the command is refused as soon as a move is planned, even before the move begins.
     pub fn needs_rest(&self) -> bool {
         match self {
             Self::StoreBuild(_)

@@ -31,7 +31,7 @@ impl PinCode {
         }
     }
 
-    /// Whether high is on, or closed: see [`Self::new`].
+    /// Returns true if high is on, or closed: see [`Self::new`].
     #[must_use]
     pub const fn high(self) -> bool {
         self.0 >> 7 == 1

@@ -116,7 +116,7 @@ impl Port {
         }
     }
 
-    /// Whether a program has the port open, or has closed it and left bytes to be read.
+    /// Returns true if a program has the port open, or has closed it and left bytes to be read.
     fn is_open(&self) -> bool {
         let events = self.events(0);
         !events.contains(PollFlags::POLLHUP) || events.contains(PollFlags::POLLIN)

@@ -42,17 +42,17 @@ pub(super) fn read<S: Read + Write>(stream: S) -> io::Result<Request> {
     }
 }
 
-/// Whether the client asks for a WebSocket, and not for a document.
+/// Returns true if the client asks for a WebSocket, and not for a document.
 pub(super) fn wants_websocket(request: &Request) -> bool {
     request.headers().contains_key(UPGRADE)
 }
 
-/// Whether the client is a page that asks for a WebSocket.
+/// Returns true if the client is a page that asks for a WebSocket.
 pub(super) fn is_page(request: &Request) -> bool {
     request.uri().path() == "/page"
 }
 
-/// Whether the requested address contains the token.
+/// Returns true if the requested address contains the token.
 pub(super) fn is_trusted(request: &Request, token: &Token) -> bool {
     request
         .uri()

@@ -27,7 +27,7 @@ pub enum Kind {
     Decimal {
         /// Decimals in print, 0 or 3.
         places: u8,
-        /// Whether 0 is allowed.
+        /// True if 0 is allowed.
         zero: bool,
     },
     /// An exact decimal to either side of 0, printed with 3 decimals.
@@ -77,7 +77,7 @@ pub struct Row {
     pub kind: Kind,
     /// Its value in a new machine.
     pub default: Number,
-    /// Whether `$$` prints it.
+    /// True if `$$` prints it.
     pub listed: bool,
 }
 

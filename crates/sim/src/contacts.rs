@@ -20,7 +20,7 @@ use leadscrew_stepper::MotorMask;
 pub struct Contacts {
     /// How long a limit switch or a probe bounces at each edge, microseconds.
     pub bounce_us: u16,
-    /// Whether the board filters its inputs for the time of `$706`, as the firmware does.
+    /// True if the board filters its inputs for the time of `$706`, as the firmware does.
     pub filtered: bool,
 }
 

@@ -14,7 +14,7 @@ const GRBL_TRAVEL: f64 = 200.0;
 
 /// What stands around the motors of a machine. Implemented for a machine's file.
 pub trait Fixtures {
-    /// Whether any carriage works a switch.
+    /// Returns true if any carriage works a switch.
     fn has_switches(&self) -> bool;
 
     /// The switches that carriages work.

@@ -32,7 +32,7 @@ pub struct Taken<'a> {
     /// Steps of the dominant motor that end in this segment. 0 if a step is split over several
     /// segments and this segment is not the last of them.
     pub step_events: u32,
-    /// Whether a whole step ends where the segment ends.
+    /// True if a whole step ends where the segment ends.
     pub ends_event: bool,
     /// Power in the segment's first and last tick, as shares of full power.
     pub power: [f64; 2],

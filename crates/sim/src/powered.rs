@@ -38,9 +38,9 @@ pub trait Powered {
     fn wait_until(&mut self, host: &mut dyn Host, end: Cycle);
     /// The simulated present.
     fn now(&self) -> Cycle;
-    /// Whether the machine waits for its operator: a program pause, a tool change.
+    /// Returns true if the machine waits for its operator: a program pause, a tool change.
     fn waits_for_operator(&self) -> bool;
-    /// Whether no job and no command is under way.
+    /// Returns true if no job and no command is under way.
     fn is_quiet(&self) -> bool;
     /// The results so far.
     fn outcome(&self) -> Outcome<MOST_MOTORS>;
@@ -239,9 +239,9 @@ pub struct Supply {
     pub carriages: Option<[i32; MOST_MOTORS]>,
     /// The times of making steps on its board.
     pub timing: StepTiming,
-    /// Whether only times count: the steps of a segment are made at once.
+    /// True if only times count: the steps of a segment are made at once.
     pub glides: bool,
-    /// Whether the lines of a raster become rows; if not, each is a move of its own, as in Grbl.
+    /// True if the lines of a raster become rows; if not, each is a move of its own, as in Grbl.
     pub joins_rows: bool,
     /// The least time from one line of a program to the next, µs, on serial lines that take time:
     /// how long a slow machine takes for a line.

@@ -21,7 +21,7 @@ pub(crate) struct Stepping<'a, const MOTORS: usize> {
     /// Parts of a dominant step in each tick of the segment that is being taken.
     next_parts: Option<u64>,
     underruns: u32,
-    /// Whether the next interrupt is the first one after a rest.
+    /// True if the next interrupt is the first one after a rest.
     at_rest: bool,
     /// The segment under way ends at rest.
     ends: bool,

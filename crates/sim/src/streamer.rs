@@ -121,7 +121,7 @@ impl<F: FnMut(&Reply<'_>, Cycle)> Replies for F {
 pub struct Streaming {
     /// Bytes of unanswered lines, at most: the machine's receive buffer (128 for Grbl).
     pub window: usize,
-    /// Whether lines after a refused one are sent all the same.
+    /// True if lines after a refused one are sent all the same.
     pub keep_going: bool,
 }
 
@@ -146,7 +146,7 @@ pub struct Streamer<R, F> {
     unsent: usize,
     /// A line that has been read and does not fit yet.
     waiting: Option<u64>,
-    /// Whether nothing may follow the line read last before it is answered.
+    /// True if nothing may follow the line read last before it is answered.
     last: bool,
     line: Vec<u8>,
     incoming: Vec<u8>,
@@ -193,7 +193,7 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
         }
     }
 
-    /// Whether there is nothing left to send and no answer left to wait for.
+    /// Returns true if there is nothing left to send and no answer left to wait for.
     pub fn is_done(&self) -> bool {
         match self.state {
             Sending::Lines | Sending::Awaits => false,
@@ -228,7 +228,7 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
         Some((pending.number, self.text_of(pending)))
     }
 
-    /// Whether a byte of the program has reset the machine.
+    /// Returns true if a byte of the program has reset the machine.
     pub fn was_reset(&self) -> bool {
         matches!(self.state, Sending::Reset)
     }
@@ -481,7 +481,7 @@ impl<R: BufRead> Lines<R> {
         self.program.as_ref().map(Running::branches)
     }
 
-    /// Whether the line read last has to be answered before the next one is read.
+    /// Returns true if the line read last has to be answered before the next one is read.
     fn waits(&self) -> bool {
         self.program.is_some() && self.probes
     }

@@ -160,7 +160,7 @@ impl<T> Record<T> {
         &self.first
     }
 
-    /// Whether there were no entries.
+    /// Returns true if there were no entries.
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }

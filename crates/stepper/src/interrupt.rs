@@ -81,7 +81,7 @@ pub struct Glide<const MOTORS: usize> {
 }
 
 impl<const MOTORS: usize> StepInterrupt<MOTORS> {
-    /// Whether motion is stopped, a motor locked or the laser held off, or was until now.
+    /// Returns true if motion is stopped, a motor locked or the laser held off, or was until now.
     pub fn is_restricted(&self, shared: &Shared<MOTORS>) -> bool {
         shared.is_restricted()
     }

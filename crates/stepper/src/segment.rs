@@ -40,12 +40,12 @@ impl MotorMask {
         }
     }
 
-    /// Whether the set is empty.
+    /// Returns true if the set is empty.
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// Whether `motor` is in the set.
+    /// Returns true if `motor` is in the set.
     pub const fn contains(self, motor: usize) -> bool {
         motor < MAX_MOTORS && self.0 >> motor & 1 == 1
     }
@@ -236,7 +236,7 @@ pub struct Segment<const MOTORS: usize> {
     /// one tick each, so that each motor steps when it is due; each motor advances in one of the
     /// parts. [`MotorMask::ALL`] in all other segments.
     pub motors: MotorMask,
-    /// Whether a step event ends with this segment: of the parts of a step event only the last one
+    /// True if a step event ends with this segment: of the parts of a step event only the last one
     /// ends it.
     pub ends_event: bool,
     /// How early motors other than the dominant one step: half a tick of `smoothing`. In the last
@@ -425,7 +425,7 @@ impl Early {
         }
     }
 
-    /// Whether this is the earliness of a part of a step event.
+    /// Returns true if this is the earliness of a part of a step event.
     pub const fn is_of_a_part(self) -> bool {
         self.bits & PART != 0
     }

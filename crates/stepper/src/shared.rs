@@ -76,7 +76,7 @@ impl<const MOTORS: usize> Shared<MOTORS> {
         self.restrict();
     }
 
-    /// Whether stepping is stopped. Any context.
+    /// Returns true if stepping is stopped. Any context.
     #[inline]
     pub fn is_stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
@@ -92,7 +92,7 @@ impl<const MOTORS: usize> Shared<MOTORS> {
         self.restrict();
     }
 
-    /// Whether the laser is held off. Any context.
+    /// Returns true if the laser is held off. Any context.
     #[inline]
     pub fn is_laser_off(&self) -> bool {
         self.laser_off.load(Ordering::Relaxed)
@@ -131,7 +131,7 @@ impl<const MOTORS: usize> Shared<MOTORS> {
         self.restricted.store(true, Ordering::Relaxed);
     }
 
-    /// Whether a tick has to look at stop, laser and motor lock. Step interrupt only.
+    /// Returns true if a tick has to look at stop, laser and motor lock. Step interrupt only.
     #[inline]
     pub(crate) fn is_restricted(&self) -> bool {
         self.restricted.load(Ordering::Relaxed)
@@ -153,7 +153,7 @@ impl<const MOTORS: usize> Shared<MOTORS> {
         due.without(self.motor_lock())
     }
 
-    /// Whether the step timer runs. Any context.
+    /// Returns true if the step timer runs. Any context.
     pub fn is_running(&self) -> bool {
         self.running.load(Ordering::Acquire)
     }

@@ -22,7 +22,7 @@ pub enum End {
 
 /// The two switches of the tool.
 pub trait ToolPort {
-    /// Whether the switch at this end is closed. It is read at every turn of the main loop while
+    /// True if the switch at this end is closed. It is read at every turn of the main loop while
     /// the tool moves.
     fn is_closed(&self, end: End) -> bool;
 }

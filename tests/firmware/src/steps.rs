@@ -28,7 +28,7 @@ pub(crate) struct Step {
     pub(crate) due: u64,
     /// Cycles from the tick to the rising edges.
     pub(crate) latency: u32,
-    /// Whether the tick came too late: its instant had passed when it was armed, and the firmware
+    /// True if the tick came too late: its instant had passed when it was armed, and the firmware
     /// made it at once.
     pub(crate) late: bool,
     /// The motors that step, one bit each.

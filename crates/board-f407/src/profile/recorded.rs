@@ -188,7 +188,7 @@ pub(crate) fn settings_sectors() -> (Sector, Sector) {
     (Sector(first), Sector(second))
 }
 
-/// Whether the image has the flash to itself, with no bootloader in front. Without a record this
+/// True if the image has the flash to itself, with no bootloader in front. Without a record this
 /// decides the serial line. An image alone uses the Discovery's line. An image behind a bootloader
 /// uses the line of printer boards, on which ST's own bootloader listens as well.
 fn is_alone() -> bool {

@@ -40,7 +40,7 @@ placed! { ".bss.ccm.inverted";
     static INVERTED: AtomicU8 = AtomicU8::new(0);
 }
 placed! { ".bss.ccm.energised";
-    /// Whether current flows.
+    /// True if current flows.
     static ENERGISED: AtomicBool = AtomicBool::new(false);
 }
 

@@ -49,7 +49,7 @@ pub(super) struct Plot<'a> {
     pub(super) x: Scale,
     pub(super) y: Scale,
     per_mm: f64,
-    /// Whether the path goes beyond the edges of the picture.
+    /// True if the path goes beyond the edges of the picture.
     pub(super) leads_out: bool,
     /// The S value of a laser's full power; `None` if S is a spindle's speed.
     pub(super) full_power_s: Option<f64>,
@@ -163,7 +163,7 @@ impl<'a> Plot<'a> {
         self.raster.as_ref().is_some_and(|raster| raster.has(pair))
     }
 
-    /// Whether later passes lie higher, as a 3D printer's layers do.
+    /// Returns true if later passes lie higher, as a 3D printer's layers do.
     pub(super) fn builds_up(&self) -> bool {
         let mut cuts = self.path.moves().iter().filter(|one| one.way == Way::Cut);
         match (cuts.next(), cuts.next_back()) {
@@ -331,7 +331,7 @@ impl<'a> Plot<'a> {
         Some(edged.set("stroke-width", 2))
     }
 
-    /// Whether the picture contains an edge of the box of the travel.
+    /// Returns true if the picture contains an edge of the box of the travel.
     pub(super) fn shows_travel(&self) -> bool {
         let Some(travel) = self.travel else {
             return false;
@@ -372,7 +372,7 @@ impl<'a> Plot<'a> {
         tools
     }
 
-    /// Whether there are cuts that are not straight up or down.
+    /// Returns true if there are cuts that are not straight up or down.
     pub(super) fn has_cuts(&self) -> bool {
         self.path.moves().windows(2).any(is_aside)
     }

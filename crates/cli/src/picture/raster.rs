@@ -57,7 +57,7 @@ impl Raster {
         })
     }
 
-    /// Whether a move is one of the rows, or a travel between rows.
+    /// Returns true if a move is one of the rows, or a travel between rows.
     pub(super) fn has(&self, pair: &[Drawn]) -> bool {
         let inside = |one: &Drawn| {
             (0..2).all(|axis| {

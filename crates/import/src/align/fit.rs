@@ -30,7 +30,7 @@ pub struct Fit {
     /// The board's size divided by the job's. It is reported, and applied only if the user wants
     /// it.
     pub scale: f64,
-    /// Whether the points fit a mirrored board better. Two points, or points on one line, cannot
+    /// True if the points fit a mirrored board better. Two points, or points on one line, cannot
     /// show whether a board is mirrored.
     pub is_mirrored: bool,
     /// How far each measured point is from its place in the turned and shifted job, mm.

@@ -43,7 +43,7 @@ struct Writer<'a> {
     /// The number of the hole that is being made, from 1.
     number: usize,
     levels: Vec<Mm>,
-    /// Whether a canned cycle is active, so that a line with only X and Y is a hole.
+    /// True if a canned cycle is active, so that a line with only X and Y is a hole.
     in_cycle: bool,
     options: &'a Options,
 }

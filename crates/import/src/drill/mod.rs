@@ -37,16 +37,16 @@ pub struct Options {
     pub spindle: Option<u32>,
     /// The axis whose coordinates change their sign: the board is drilled from its other side.
     pub mirror: Option<Mirror>,
-    /// Whether X0 Y0 is the lower left corner of the holes, and not the files' zero.
+    /// True if X0 Y0 is the lower left corner of the holes, and not the files' zero.
     pub from_corner: bool,
     /// Diameters of the available bits, mm; each tool is replaced by the nearest one. Empty: the
     /// tools of the files are used.
     pub bits: Vec<Mm>,
-    /// Whether slots (`G85`) are milled, and not drilled as a row of holes.
+    /// True if slots (`G85`) are milled, and not drilled as a row of holes.
     pub mills_slots: bool,
-    /// Whether there is one job for each bit, and not one job with `M6`.
+    /// True if there is one job for each bit, and not one job with `M6`.
     pub job_a_bit: bool,
-    /// Whether to write canned cycles: G81, or G83 with a peck.
+    /// True if to write canned cycles: G81, or G83 with a peck.
     pub cycles: bool,
 }
 

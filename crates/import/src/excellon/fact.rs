@@ -28,7 +28,7 @@ pub(super) struct Place {
     pub(super) source: Source,
     /// The line's number, from 1.
     pub(super) line: usize,
-    /// Whether it stands before the first tool is taken.
+    /// True if it stands before the first tool is taken.
     pub(super) is_in_header: bool,
 }
 

@@ -117,7 +117,7 @@ pub(super) struct Format {
     zeros: Option<Fact<Zeros>>,
     /// The fact that the numbers show, and the line of the first number that shows it.
     shown: Option<(Zeros, usize)>,
-    /// Whether there was an `M48`: after it, a unit has to be given.
+    /// True if there was an `M48`: after it, a unit has to be given.
     pub(super) has_header: bool,
 }
 

@@ -34,7 +34,7 @@ pub(super) enum Motion {
     Line,
     /// `G02`, or `G03` in the other direction.
     Arc {
-        /// Whether it is clockwise (`G02`).
+        /// True if it is clockwise (`G02`).
         is_clockwise: bool,
     },
 }

@@ -39,7 +39,7 @@ pub struct Cut {
 /// The arc of a cut.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Arc {
-    /// Whether the arc is clockwise (`G02`).
+    /// True if the arc is clockwise (`G02`).
     pub is_clockwise: bool,
     /// The centre of the arc.
     pub centre: Centre,

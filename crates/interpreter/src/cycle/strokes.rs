@@ -69,7 +69,7 @@ impl<const AXES: usize> Strokes<AXES> {
         }
     }
 
-    /// Whether no stroke is left.
+    /// Returns true if no stroke is left.
     pub fn is_over(&self) -> bool {
         self.stage == Stage::End
     }

@@ -88,7 +88,7 @@ impl<const AXES: usize> Checker<AXES> {
         Err((LineFaultKind::CannotFit, Some(detail)))
     }
 
-    /// Whether the travel of an axis is known. Grbl's own value says nothing on a machine that does
+    /// True if the travel of an axis is known. Grbl's own value says nothing on a machine that does
     /// not home: nobody has to set it there.
     fn knows_travel(&self, axis: usize) -> bool {
         let travel = self.settings.axes(AxisSetting::Travel)[axis];

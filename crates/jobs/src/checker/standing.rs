@@ -254,7 +254,7 @@ struct Line<'a> {
 }
 
 impl Line<'_> {
-    /// Whether it has this G word.
+    /// Returns true if it has this G word.
     fn has(&self, code: Number) -> bool {
         self.codes().any(|value| value == code)
     }
@@ -305,7 +305,7 @@ impl Line<'_> {
     }
 }
 
-/// Whether a line says by a word of its own how it moves.
+/// Returns true if a line says by a word of its own how it moves.
 pub(crate) fn names_motion(words: &[Word]) -> bool {
     words.iter().any(|word| {
         let code = word.value().trunc();

@@ -47,7 +47,7 @@ impl<const AXES: usize> Checker<AXES> {
         }
     }
 
-    /// Whether nothing moves, whatever the program says.
+    /// Returns true if nothing moves, whatever the program says.
     pub(super) fn is_checking(&self) -> bool {
         matches!(self.state, State::Check(_))
     }
@@ -80,7 +80,7 @@ impl<const AXES: usize> Checker<AXES> {
         SystemCommand::parse(line, &now)
     }
 
-    /// Whether the machine refuses the command in motion. A setting does not count here, because it
+    /// True if the machine refuses the command in motion. A setting does not count here, because it
     /// has a remark of its own.
     fn needs_rest(&self, command: &SystemCommand<'_>, line: &[u8]) -> bool {
         match command {

@@ -42,9 +42,9 @@ pub(super) struct Complaints {
     pub(super) remarks: Option<Remarks>,
     pub(super) warnings: Vec<Complaint>,
     pub(super) warning_count: u64,
-    /// Whether lines after a refused one are sent all the same.
+    /// True if lines after a refused one are sent all the same.
     pub(super) keep_going: bool,
-    /// Whether the job ends before a line that the carriages cannot follow.
+    /// True if the job ends before a line that the carriages cannot follow.
     pub(super) knows_place: bool,
     /// The line that is about to be sent.
     pub(super) next: u64,

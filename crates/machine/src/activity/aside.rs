@@ -47,7 +47,7 @@ pub(crate) struct Aside {
     pub(crate) shown: Shown,
     /// The modes of the program, which the operator's lines may change.
     pub(crate) modal: ModalState,
-    /// Whether the line goes on after the code.
+    /// True if the line goes on after the code.
     pub(crate) has_rest: bool,
     /// The number of kept bytes in the extension's memory.
     pub(crate) kept: usize,

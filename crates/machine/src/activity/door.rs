@@ -83,7 +83,7 @@ where
         }
     }
 
-    /// Whether retracting moves the spindle axis out of the way.
+    /// Returns true if retracting moves the spindle axis out of the way.
     pub(crate) fn parks(&self) -> bool {
         let position = self.motion.position();
         self.parking()

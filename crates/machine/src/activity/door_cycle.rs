@@ -27,7 +27,7 @@ pub(crate) struct DoorCycle<const AXES: usize> {
 }
 
 impl<const AXES: usize> DoorCycle<AXES> {
-    /// Whether the sequence goes on as soon as motion rests.
+    /// Returns true if the sequence goes on as soon as motion rests.
     pub(crate) fn can_advance(&self) -> bool {
         match self.step {
             Step::PullOut | Step::Park | Step::Unpark | Step::Plunge => true,

@@ -35,7 +35,7 @@ pub struct Cx<'a, const AXES: usize> {
     pub position: [Coordinate; AXES],
     /// The work offset in force: where the program's zero is, machine position.
     pub work_offset: [Coordinate; AXES],
-    /// Whether nothing moves and nothing is planned.
+    /// True if nothing moves and nothing is planned.
     pub at_rest: bool,
     out: &'a mut dyn Out,
     alarm: Option<Alarm>,

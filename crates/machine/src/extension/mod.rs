@@ -48,7 +48,7 @@ pub use own_code::OwnCode;
 ///
 /// Every method has a default, which adds nothing.
 pub trait Extension<const AXES: usize> {
-    /// Whether calls to the extension are compiled at all. `false` for `()` alone.
+    /// True if calls to the extension are compiled at all. `false` for `()` alone.
     const IN_USE: bool = true;
 
     /// The M code of this number, 0 to 255, if it is one of this extension's. Asked before GRBL's
@@ -157,7 +157,7 @@ pub trait Extension<const AXES: usize> {
         let _ = (byte, cx);
     }
 
-    /// Whether it has something of this kind on that must not stay so without a sender: the machine
+    /// True if it has something of this kind on that must not stay so without a sender: the machine
     /// watches it, and says [`Event::LeftAlone`].
     fn is_on(&self, load: Load) -> bool {
         let _ = load;
@@ -198,7 +198,7 @@ pub enum Asked<'a, const AXES: usize> {
         from: &'a [Coordinate; AXES],
         /// Its end, machine position.
         target: &'a [Coordinate; AXES],
-        /// Whether it is a jog.
+        /// True if it is a jog.
         jog: bool,
     },
     /// An M code of an extension, this one or another.

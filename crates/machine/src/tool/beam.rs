@@ -67,7 +67,7 @@ pub fn beam(state: State, wanted: Wanted, percent: u8, scale: &SpindleScale) -> 
     }
 }
 
-/// Whether the gate is open. A motion that slows down on its path still burns with its steps.
+/// True if the gate is open. A motion that slows down on its path still burns with its steps.
 pub fn may_burn(state: State) -> bool {
     match state {
         State::Idle

@@ -9,7 +9,7 @@ use leadscrew_gcode::Number;
 pub struct Parameters<const AXES: usize> {
     /// G54 to G59.3.
     pub systems: [Coordinates<AXES>; 9],
-    /// Whether the machine has G59.1 to G59.3; Grbl has not.
+    /// True if the machine has G59.1 to G59.3; Grbl has not.
     pub nine: bool,
     /// G28.
     pub home: Coordinates<AXES>,
@@ -115,7 +115,7 @@ impl<const AXES: usize> fmt::Display for ParameterLine<'_, AXES> {
 pub struct ProbeReport<const AXES: usize> {
     /// Machine position of the contact, mm.
     pub position: Coordinates<AXES>,
-    /// Whether the last probing motion made contact.
+    /// True if the last probing motion made contact.
     pub success: bool,
     /// Unit of lengths.
     pub units: Units<AXES>,

@@ -44,7 +44,7 @@ impl Late {
         }
     }
 
-    /// Whether the main loop has something to take. Any context.
+    /// Returns true if the main loop has something to take. Any context.
     pub(super) fn waits(&self) -> bool {
         self.list.load(Ordering::Acquire) != self.taken.load(Ordering::Acquire)
     }

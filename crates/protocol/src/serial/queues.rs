@@ -359,7 +359,7 @@ impl<'a> Output<'a> {
         Self { waiting, lost: 0 }
     }
 
-    /// Whether a report fits.
+    /// Returns true if a report fits.
     pub fn has_room(&self) -> bool {
         self.room() >= LEAST_TX
     }
@@ -368,7 +368,7 @@ impl<'a> Output<'a> {
         self.waiting.storage_capacity() - self.waiting.storage_len()
     }
 
-    /// Whether nothing waits.
+    /// Returns true if nothing waits.
     pub fn is_empty(&self) -> bool {
         self.waiting.is_empty()
     }

@@ -348,7 +348,7 @@ where
         self.cpu.main_start(self.wake.min(self.deadline))
     }
 
-    /// Whether only an extension's regular work is left to happen. `due` is the next event on lines
+    /// True if only an extension's regular work is left to happen. `due` is the next event on lines
     /// and switches.
     fn has_only_chores(&self, due: Cycle) -> bool {
         let others = due.min(self.wake).min(self.board.timer_due());
@@ -545,7 +545,7 @@ mod tests {
         assert_eq!(errors, [(2, 20)]);
     }
 
-    /// Whether power at rest is reported as a violation: the test switches it on after `program`.
+    /// True if power at rest is reported as a violation: the test switches it on after `program`.
     fn is_caught(program: &str) -> bool {
         let setup = Setup::<3>::new(MachineConfig::new(), Rate::NeverWaits);
         let mut memory = Memory::new(&setup);

@@ -44,7 +44,7 @@ pub struct Rise {
     /// The shortest time from a change of direction to this step, in cycles; `None` if no motor
     /// has changed its direction since its last step.
     pub setup: Option<u64>,
-    /// Whether a switch may have changed.
+    /// True if a switch may have changed.
     pub switches: bool,
 }
 
@@ -120,7 +120,7 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         }
     }
 
-    /// Whether each motor may make `steps` more steps without passing a switch.
+    /// Returns true if each motor may make `steps` more steps without passing a switch.
     pub(crate) fn is_free_for(&self, steps: u32) -> bool {
         let far = steps.cast_signed();
         let is_inside = |carriage: &Carriage| {
@@ -173,7 +173,7 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         self.negative
     }
 
-    /// Whether a step pin is high.
+    /// Returns true if a step pin is high.
     #[inline]
     pub fn in_pulse(&self) -> bool {
         !self.high.is_empty()

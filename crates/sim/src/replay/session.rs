@@ -179,7 +179,7 @@ impl<'m, const N: usize> Session<'m, N> {
         {}
     }
 
-    /// Whether the machine has nothing to do. `began` is when the wait for it began.
+    /// Returns true if the machine has nothing to do. `began` is when the wait for it began.
     fn is_idle_since(&self, began: Cycle) -> bool {
         let still = |since: Cycle| self.sim.now() >= since + cycles(STILL);
         let ready = match self.sim.machine().state() {

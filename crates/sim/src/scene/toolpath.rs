@@ -116,7 +116,7 @@ impl Toolpath {
         }
     }
 
-    /// Whether strokes are kept.
+    /// Returns true if strokes are kept.
     pub fn is_drawn(&self) -> bool {
         self.moves.is_some()
     }
@@ -327,12 +327,12 @@ fn add(holes: &mut Vec<Hole>, new: Option<Hole>) {
     }
 }
 
-/// Whether a move keeps its X and Y.
+/// Returns true if a move keeps its X and Y.
 fn is_vertical(pair: &[Drawn]) -> bool {
     pair[0].to[..2] == pair[1].to[..2]
 }
 
-/// Whether a move goes straight up, so that it cuts nothing.
+/// Returns true if a move goes straight up, so that it cuts nothing.
 fn is_upward(pair: &[Drawn]) -> bool {
     is_vertical(pair) && pair[1].to[2] >= pair[0].to[2]
 }

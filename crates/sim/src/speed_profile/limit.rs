@@ -161,7 +161,7 @@ pub struct Machine {
     pub acceleration: Vec<f64>,
     /// Highest rate of steps that the board makes, steps/s.
     pub step_rate: f64,
-    /// Whether motors 0 and 1 turn X and Y together, by crossed belts.
+    /// True if motors 0 and 1 turn X and Y together, by crossed belts.
     pub crossed: bool,
 }
 
@@ -176,7 +176,7 @@ pub(super) struct Limits {
     pub(super) nominal: f64,
     /// The limit that sets `nominal`.
     pub(super) speed_limit: SpeedLimit,
-    /// Whether it is a chord of an arc.
+    /// True if it is a chord of an arc.
     pub(super) is_arc: bool,
     /// The axis whose acceleration binds on ramps.
     pub(super) axis: usize,

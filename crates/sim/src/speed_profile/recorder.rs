@@ -59,7 +59,7 @@ struct Raw {
     speed_limit: Option<SpeedLimit>,
     /// Mean power and mean speed of its last piece.
     mean: [f64; 2],
-    /// Whether it begins a move, at the speed of `speed_limit`.
+    /// True if it begins a move, at the speed of `speed_limit`.
     begins_nominal: bool,
 }
 
@@ -85,7 +85,7 @@ impl Sums {
 }
 
 impl Raw {
-    /// Whether `piece`, which begins a move of `line`, cruises on at this stretch's speed.
+    /// Returns true if `piece`, which begins a move of `line`, cruises on at this stretch's speed.
     fn is_continued_by(&self, line: u32, piece: &Stretch) -> bool {
         let even = self.stretch.phase == Phase::Cruise && piece.phase == Phase::Cruise;
         even && self.line == line

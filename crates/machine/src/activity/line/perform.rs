@@ -65,7 +65,7 @@ where
         }
     }
 
-    /// Whether the line under way waits for [`Machine::save`]. A machine without a store waits for
+    /// True if the line under way waits for [`Machine::save`]. A machine without a store waits for
     /// nothing.
     fn is_storing(&self) -> bool {
         self.activity.line.is_storing() && self.has_unsaved()
@@ -98,7 +98,7 @@ where
         })
     }
 
-    /// Whether all motion has ended. Motion that waits for further lines begins at once.
+    /// Returns true if all motion has ended. Motion that waits for further lines begins at once.
     pub(crate) fn is_motion_over(&mut self) -> bool {
         self.motion.release();
         self.motion.is_idle()
@@ -343,7 +343,7 @@ where
         Progress::Done
     }
 
-    /// Whether a spindle command changes the output at rest. It does not for a laser under M4,
+    /// True if a spindle command changes the output at rest. It does not for a laser under M4,
     /// which is off at rest: each of its moves has its own power.
     fn changes_at_rest(&self, spindle: &Spindle) -> bool {
         let dynamic = Rotation::Counterclockwise;
