@@ -26,7 +26,7 @@ struct Planned {
 #[derive(Debug, Default)]
 pub(super) struct Light {
     planned: VecDeque<Planned>,
-    /// How many planned moves there were at the end of the previous turn, less the moves that have
+    /// The number of planned moves at the end of the previous turn, less the moves that have
     /// begun since.
     planned_before: usize,
     /// The move of the program that began last. The machine may run it, or the rest of it, again.

@@ -36,7 +36,7 @@ impl Wire {
         std::str::from_utf8(&self.heard[begin..]).expect("text")
     }
 
-    /// How many lines were answered.
+    /// The number of lines that were answered.
     fn answers(&self) -> usize {
         let lines = self.heard_since(0).lines();
         let is_answer = |line: &&str| *line == "ok" || line.starts_with("error:");

@@ -52,7 +52,7 @@ pub struct Needs {
     pub outputs: usize,
     /// True if it needs the switches at the ends of a tool's travel.
     pub tool: bool,
-    /// How many heaters there are.
+    /// The number of heaters.
     pub heaters: usize,
     /// True if it needs a relay that supplies all heaters.
     pub heater_supply: bool,

@@ -22,11 +22,11 @@ pub(super) struct Report {
     pub(super) lines: u64,
     /// The errors that were kept in full.
     pub(super) errors: Vec<Complaint>,
-    /// How many errors there were.
+    /// The number of errors.
     pub(super) error_count: u64,
     /// The likely mistakes in the job that were kept.
     pub(super) warnings: Vec<Complaint>,
-    /// How many likely mistakes there were.
+    /// The number of likely mistakes.
     pub(super) warning_count: u64,
     /// The alarm that ended the job.
     pub(super) alarm: Option<Complaint>,
@@ -56,15 +56,15 @@ pub(super) struct Report {
     pub(super) waits: Vec<Wait>,
     /// The tools that the program asked for.
     pub(super) tools: Vec<u32>,
-    /// How many synchronised outputs there are.
+    /// The number of synchronised outputs.
     pub(super) outputs: u8,
     /// The box around all cuts.
     pub(super) extents: Option<Extents>,
     /// Notes about a file that was imported.
     pub(super) notes: Vec<String>,
-    /// How long Grbl takes, if that was asked for.
+    /// The time that Grbl takes, if that was asked for.
     pub(super) grbl: Option<Time>,
-    /// How long the simulation took in real time, s.
+    /// The time that the simulation took in real time, s.
     pub(super) wall_seconds: f64,
 }
 
@@ -98,7 +98,7 @@ pub(super) struct RunJson<'a> {
     job_seconds: f64,
     motion_seconds: f64,
     step_seconds: f64,
-    /// How long Grbl takes; with `--as grbl`.
+    /// The time that Grbl takes; with `--as grbl`.
     #[serde(skip_serializing_if = "Option::is_none")]
     grbl: Option<Time>,
     axes: BTreeMap<char, JsonAxis>,
@@ -199,7 +199,7 @@ impl Report {
         })
     }
 
-    /// How far each axis has gone, in its own steps.
+    /// The distance that each axis has gone, in its own steps.
     fn net_steps(&self) -> [f64; MOST_MOTORS] {
         let mut steps = self.outcome.motors.map(|motor| motor.net_steps as f64);
         if let (true, [a, b, ..]) = (self.crossed, steps.as_mut_slice()) {

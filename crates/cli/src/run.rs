@@ -238,7 +238,7 @@ fn stream<'a>(args: &JobArgs, machine: &'a Machine, outputs: &Outputs) -> Stream
     }
 }
 
-/// How long the job takes on another controller.
+/// The time that the job takes on another controller.
 fn beside(
     like: Controller,
     args: &JobArgs,

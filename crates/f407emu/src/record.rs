@@ -110,7 +110,7 @@ pub struct Duty {
 /// exceptions nested in it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Profile {
-    /// How often it was served.
+    /// The number of times that it was served.
     pub count: u64,
     /// The fewest cycles of a service.
     pub min: u64,

@@ -19,7 +19,7 @@ pub enum AxisKind {
 }
 
 impl AxisKind {
-    /// How many axes there are.
+    /// The number of axes.
     pub fn count<const AXES: usize>(axes: &[Self; AXES]) -> usize {
         if AXES <= WITHOUT_EXTRUDER {
             return AXES;

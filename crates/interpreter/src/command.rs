@@ -107,7 +107,7 @@ pub struct Travel<const AXES: usize> {
     pub line_number: Option<u32>,
 }
 
-/// How fast a motion is.
+/// The speed of a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Feed {

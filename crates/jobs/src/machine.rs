@@ -126,7 +126,7 @@ impl Machine {
     }
 }
 
-/// How long the simulated board takes to make steps.
+/// The time that the simulated board takes to make steps.
 pub const TIMING: StepTiming = StepTiming::F407;
 
 /// The settings as the defaults of a new machine. They live as long as the process.

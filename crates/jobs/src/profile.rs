@@ -54,7 +54,7 @@ pub fn limits_of(chosen: &Chosen) -> Machine {
 pub struct Trial {
     /// The change of settings, for example `$120=400 (now 200)`.
     pub change: String,
-    /// How much shorter the job is, s.
+    /// The amount by which the job is shorter, s.
     pub seconds_saved: f64,
 }
 
@@ -77,7 +77,7 @@ pub struct ProfileReport {
     pub job_cycles: u64,
     /// The stretches in which one limit binds, if they were kept.
     pub stretches: Vec<Stretch>,
-    /// How long each limit binds.
+    /// The time that each limit binds.
     pub shares: Vec<Share>,
     /// The savings of changes that were tried.
     pub trials: Vec<Trial>,

@@ -29,7 +29,7 @@ use std::rc::Rc;
 /// The realtime byte that raises the feed override by 10 %.
 const FEED_TEN_MORE: u8 = 0x91;
 
-/// How long Grbl takes for a line of a program, µs. The recorded raster (`laser_raster_m4` of
+/// The time that Grbl takes for a line of a program, µs. The recorded raster (`laser_raster_m4` of
 /// tests/conformance/traces) goes at 72.8 mm/s along pixels of 0.2 mm, 2.75 ms each, though its
 /// look-ahead and its serial line allow more; while it moves faster, a line takes longer. With this
 /// time both recorded rasters agree within 1.3 %.
@@ -82,13 +82,13 @@ pub struct Streamed<O> {
     pub lines: u64,
     /// The errors that were kept in full.
     pub errors: Vec<Complaint>,
-    /// How many errors there were.
+    /// The number of errors.
     pub error_count: u64,
     /// The alarm that ended the job.
     pub alarm: Option<Complaint>,
     /// Likely mistakes, as `check` finds them, up to 10 000; empty if they were not asked for.
     pub warnings: Vec<Complaint>,
-    /// How many likely mistakes there were.
+    /// The number of likely mistakes.
     pub warning_count: u64,
     /// How the job ended.
     pub end: End,

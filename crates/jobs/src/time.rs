@@ -1,4 +1,4 @@
-//! How long a job takes: lines are planned and segments made, but no steps on pins.
+//! The time that a job takes: lines are planned and segments made, but no steps on pins.
 
 use crate::life::End;
 use crate::machine::Machine;
@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use std::io::{self, BufRead};
 
-/// How long a job takes on a machine.
+/// The time that a job takes on a machine.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, JsonSchema)]
 pub struct Time {
     /// From the first byte until motion rests and all has been answered, s.

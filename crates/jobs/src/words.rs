@@ -32,7 +32,7 @@ pub fn duration(seconds: f64) -> String {
     }
 }
 
-/// How long a job takes here, and beside it on `grbl`.
+/// The time that a job takes here, and beside it on `grbl`.
 pub(crate) fn times(here: &Time, grbl: Option<&Time>) -> String {
     let stopped = match here.end {
         End::Done { .. } => String::new(),

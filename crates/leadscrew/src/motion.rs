@@ -244,7 +244,7 @@ impl<K: Kinematics<AXES, MOTORS>, const AXES: usize, const MOTORS: usize>
         Ok(())
     }
 
-    /// How many more moves the queue takes.
+    /// The number of moves for which the queue has room.
     pub fn room(&self) -> usize {
         self.planner.room()
     }

@@ -125,7 +125,7 @@ impl Squaring {
         most_mm: 25.0,
     };
 
-    /// How far the two switches may be apart on an axis with this travel, mm.
+    /// The distance by which the two switches may be apart on an axis with this travel, mm.
     pub(crate) fn allowance(&self, travel_mm: f32) -> f32 {
         (travel_mm * self.tolerance)
             .max(self.least_mm)

@@ -327,7 +327,7 @@ where
         }
     }
 
-    /// How long a spindle takes to get up to speed: `$712`.
+    /// The time that a spindle takes to get up to speed: `$712`.
     fn spin_up(&self) -> Duration {
         let seconds = self.settings.value(Setting::SpinUp);
         Duration::from_ticks(seconds.nanos().unsigned_abs() / 1_000)

@@ -60,7 +60,7 @@ pub enum Jog {
     },
 }
 
-/// How far a feed hold has come.
+/// The stage of a feed hold.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Hold {
@@ -96,7 +96,7 @@ impl Hold {
     }
 }
 
-/// How far the safety door's sequence has come.
+/// The stage of the safety door's sequence.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Door {

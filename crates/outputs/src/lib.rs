@@ -22,7 +22,7 @@ pub trait OutputPort {
     fn levels(&self) -> u8;
 }
 
-/// How many outputs there are, and which are on at power-up and in a hold.
+/// The number of outputs, and which are on at power-up and in a hold.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct OutputsConfig {
     /// The number of outputs, 0 to 8: `P0` to `P(count - 1)`. With 0, M62 to M65 are refused, as

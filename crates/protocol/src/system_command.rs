@@ -12,7 +12,7 @@ use leadscrew_interpreter::Fault;
 /// The first number of a setting that is not one of GRBL's.
 pub const OWN: u16 = 256;
 
-/// How many startup lines can be stored: `$N0` and `$N1`.
+/// The number of startup lines that can be stored: `$N0` and `$N1`.
 pub const STARTUP_LINES: u8 = 2;
 
 /// The longest startup line and build information, in characters.

@@ -25,7 +25,7 @@ use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// How long the loop waits for a client's bytes before it lets the machine go on.
+/// The time that the loop waits for a client's bytes before it lets the machine go on.
 const TICK: Duration = Duration::from_millis(1);
 
 /// How often the machine is shown.

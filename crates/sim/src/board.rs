@@ -47,7 +47,7 @@ pub struct Counts {
     /// The longest time from the instant at which a tick was due to the start of its interrupt, in
     /// cycles.
     pub longest_delay: u64,
-    /// How often synchronised outputs have changed.
+    /// The number of times that synchronised outputs have changed.
     pub(crate) output_changes: u64,
 }
 

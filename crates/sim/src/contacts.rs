@@ -18,7 +18,7 @@ use leadscrew_stepper::MotorMask;
 /// neither bounces nor filters.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Contacts {
-    /// How long a limit switch or a probe bounces at each edge, microseconds.
+    /// The time that a limit switch or a probe bounces at each edge, microseconds.
     pub bounce_us: u16,
     /// True if the board filters its inputs for the time of `$706`, as the firmware does.
     pub filtered: bool,

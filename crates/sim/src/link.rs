@@ -52,7 +52,7 @@ impl<H: Host + ?Sized> Host for &mut H {
     }
 }
 
-/// How fast a line is.
+/// The rate of a line.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Rate {
     /// Bits a second; ten bits a byte.

@@ -229,7 +229,7 @@ pub struct Supply {
     pub first: Option<&'static [Entry]>,
     /// Its serial lines.
     pub lines: usize,
-    /// How fast they are.
+    /// Their speed.
     pub rate: Rate,
     /// Its outputs that M62 to M65 switch.
     pub outputs: OutputsConfig,

@@ -246,11 +246,11 @@ pub struct Segment<const MOTORS: usize> {
     pub early: Early,
     /// Time from the segment's start to its first tick.
     pub interval: Interval,
-    /// How much longer each further interval is than the one before.
+    /// The amount by which each further interval is longer than the one before.
     pub interval_change: IntervalChange,
     /// Power from the segment's start to its first tick.
     pub power: Power,
-    /// How much more power each further interval has than the one before.
+    /// The amount by which each further interval has more power than the one before.
     pub power_change: PowerChange,
     /// The outputs that change at the segment's start.
     pub outputs: OutputChange,
@@ -269,7 +269,7 @@ impl<const MOTORS: usize> Segment<MOTORS> {
         }
     }
 
-    /// How long this segment takes, timer counts, rounded down: `p·n + d·n(n−1)/2`. Main loop.
+    /// The time that this segment takes, timer counts, rounded down: `p·n + d·n(n−1)/2`. Main loop.
     pub fn duration(&self) -> u32 {
         let ticks = u64::from(self.ticks.get());
         let first = ((self.interval.to_bits() >> 16) * ticks) >> 16; // 48 bits by 16

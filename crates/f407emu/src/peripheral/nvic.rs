@@ -138,7 +138,7 @@ impl Nvic {
         self.changed = true;
     }
 
-    /// How many handlers are under way.
+    /// The number of handlers that are under way.
     pub(crate) fn active_count(&self) -> u32 {
         self.active.count_ones()
     }

@@ -23,9 +23,9 @@ pub(super) struct Bit {
     /// Its number, `T`.
     pub(super) number: u32,
     pub(super) diameter: Option<Mm>,
-    /// How fast the bit goes down, mm/min.
+    /// The speed at which the bit goes down, mm/min.
     pub(super) feed: Mm,
-    /// How fast the bit turns, 1/min.
+    /// The speed at which the bit turns, 1/min.
     pub(super) speed: u32,
 }
 

@@ -33,7 +33,7 @@ pub struct Options {
     pub peck: Option<Mm>,
     /// Take feeds and speeds from the files if they have them.
     pub tool_feeds: bool,
-    /// How fast the spindle turns, 1/min; `None` for the machine's highest speed.
+    /// The speed at which the spindle turns, 1/min; `None` for the machine's highest speed.
     pub spindle: Option<u32>,
     /// The axis whose coordinates change their sign: the board is drilled from its other side.
     pub mirror: Option<Mirror>,

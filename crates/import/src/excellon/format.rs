@@ -203,7 +203,7 @@ impl Format {
         decimal::scaled(negative, whole, decimals, units.nanos())
     }
 
-    /// How many digits stand before and after the point in numbers without one.
+    /// The number of digits that stand before and after the point in numbers without one.
     fn digits_of(&self, units: Units, notes: &mut Notes) -> Digits {
         if let Some(digits) = self.told.digits.or(self.digits.map(|fact| fact.value)) {
             return digits;

@@ -126,7 +126,7 @@ impl<const AXES: usize> Check<'_, AXES> {
         })
     }
 
-    /// How often the cycle is repeated.
+    /// The number of times that the cycle is repeated.
     fn repeats(&mut self) -> Result<u16, Refusal> {
         if !self.take(L) {
             return Ok(1);

@@ -321,7 +321,7 @@ impl<'a> Console<'a> {
         }
     }
 
-    /// How many channels there are.
+    /// The number of channels.
     pub(crate) fn count(&self) -> u8 {
         self.channels.len() as u8 // CHANNELS at most
     }

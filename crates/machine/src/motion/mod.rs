@@ -309,7 +309,7 @@ where
         self.forget();
     }
 
-    /// How far each axis goes in the move that runs, mm or degrees; `None` at rest.
+    /// The distance that each axis goes in the move that runs, mm or degrees; `None` at rest.
     pub(crate) fn running_ways(&self) -> Option<[f32; AXES]> {
         match self.driver {
             Driver::Program => self.program.planner.running_ways(),

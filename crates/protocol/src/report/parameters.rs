@@ -29,7 +29,7 @@ impl<const AXES: usize> Parameters<AXES> {
     /// Places of the systems that Grbl has not.
     const FURTHER: core::ops::Range<usize> = 6..9;
 
-    /// How many lines `$#` has.
+    /// The number of lines that `$#` has.
     pub const fn lines(nine: bool) -> usize {
         match nine {
             true => 14,

@@ -238,7 +238,7 @@ impl Inbox<'_> {
         self.shared.closed.store(false, Ordering::Release);
     }
 
-    /// How many unread bytes came before `mark`. Main loop.
+    /// The number of unread bytes that came before `mark`. Main loop.
     pub fn ahead_of(&self, mark: Mark) -> u32 {
         let ahead = mark.0.wrapping_sub(self.taken).cast_signed();
         u32::try_from(ahead).unwrap_or(0)

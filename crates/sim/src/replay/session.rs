@@ -17,11 +17,11 @@ const MOVES: usize = 15;
 
 /// The longest time from power-up until the machine listens.
 const BOOT: Duration = Duration::from_millis(30);
-/// How long `cmd` waits at most.
+/// The time that `cmd` waits at most.
 const COMMAND: Duration = Duration::from_secs(20);
-/// How long `resp` waits at most.
+/// The time that `resp` waits at most.
 const ANSWERS: Duration = Duration::from_secs(60);
-/// How long `idle` waits at most.
+/// The time that `idle` waits at most.
 const IDLE: Duration = Duration::from_secs(120);
 /// How long no motor steps before a machine counts as idle.
 const STILL: Duration = Duration::from_millis(25);

@@ -129,7 +129,7 @@ impl Recorder {
         }
     }
 
-    /// How long each limit binds in the job from `begin` to `end`, longest first.
+    /// The time that each limit binds in the job from `begin` to `end`, longest first.
     pub fn shares(mut self, begin: Cycle, end: Cycle) -> Vec<Share> {
         let Sums { first, cycles } = self.sums.take().unwrap_or_default();
         self.stretches.splice(0..0, first);
