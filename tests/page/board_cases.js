@@ -103,6 +103,7 @@ function isBeginning(sent, job) {
   assert.deepEqual(sent, job.slice(0, sent.length));
 }
 
+/** The way to a board is the same code on both pages: what goes wrong on it is tried on the page from a file. */
 export const boardCases = [
   withMachine("a job's lines go over the wire once each and in order; position, zero and settings are the board's", async ({page, stand, shoot}) => {
     await connectPort(page);
@@ -134,7 +135,7 @@ export const boardCases = [
     assert.deepEqual(stand.job, LONG);
     assert.equal(await page.locator("#doubt").isHidden(), true, "the place is known");
     await page.waitForFunction(() => !document.getElementById("run").disabled);
-  })),
+  }, {only: "file"})),
   ...[1, 13, 30].map((number) => withMachine(`it is reset by somebody else at line ${number}, which is said`, async ({page, stand, board}) => {
     await connectPort(page);
     await dropped(page, "long.nc", LONG.join("\n"));
@@ -152,7 +153,7 @@ export const boardCases = [
     assert.equal(stand.job.length, before, "nothing more is sent");
     await page.getByRole("button", {name: "The place is right"}).click();
     await page.locator("#doubt").waitFor({state: "hidden"});
-  })),
+  }, {only: "file"})),
   ...[3, 19, 36].map((number) => withMachine(`its cable is pulled at line ${number}, which is said; put in again, its place is known, and nothing is sent again`, async ({page, stand}) => {
     await connectPort(page);
     await dropped(page, "long.nc", LONG.join("\n"));
@@ -169,7 +170,7 @@ export const boardCases = [
     assert.equal(stand.job.length, sent);
     // It has gone on with the lines that it had: its place is what it says.
     assert.ok(await page.locator("#doubt").isHidden());
-  })),
+  }, {only: number === 19 ? undefined : "file"})),
   withMachine("what waits for a person is said as on the simulator, and hold, resume and reset go over the wire", async ({page, stand}) => {
     await connectPort(page);
     await dropped(page, "pause.nc", "G21 G90\nG1 X2 F3000\nM0 (turn the work)\nG1 X0\n");
@@ -294,7 +295,7 @@ export const boardCases = [
     assert.match(await text(page, "#ask-text"), /The place is not known/);
     await page.getByRole("button", {name: "Cancel"}).click();
     assert.equal(stand.job.length, sent);
-  })),
+  }, {only: "file"})),
   withRecording("its cable is pulled, and its power with it: the place is unknown when it comes back", "spiral", async ({page, stand, board}) => {
     await connectPort(page);
     await dropped(page, "spiral.nc", board.program);
@@ -305,9 +306,10 @@ export const boardCases = [
     await stand.plug(true);
     await page.locator("#doubt").waitFor();
     assert.match(await text(page, "#doubt"), /has started anew/);
-  }),
+  }, {only: "file"}),
   {
     name: "a port at which nothing answers, and one at which noise comes, are told apart",
+    only: "file",
     async before(page) {
       this.far = {hear() {}, open() {}};
       this.stand = new Stand(this.far);
@@ -347,9 +349,10 @@ export const boardCases = [
           .filter((one) => one.checkVisibility() && Math.min(one.offsetWidth, one.offsetHeight) < 44).map((one) => one.id || one.textContent));
         assert.deepEqual(small, [], "too small for a finger");
       }
-    }, {context})),
+    }, {context, only: name === "light" ? undefined : "file"})),
   {
     name: "a browser without Web Serial says so in the dialogue",
+    only: "file",
     async before(page) {
       await page.addInitScript(() => Object.defineProperty(Navigator.prototype, "serial", {configurable: true, get: () => undefined}));
     },

@@ -56,7 +56,8 @@ export class Stand {
   /** How often it was opened, and at which speed. */
   opened = [];
   #begun = "";
-  #says = Promise.resolve();
+  #waiting = [];
+  #saying = null;
 
   /** @param {{hear(bytes: number[]): void, open?(): void}} far the board */
   constructor(far) {
@@ -93,7 +94,18 @@ export class Stand {
   }
 
   say(bytes) {
-    this.#says = this.#says.then(() => this.page.evaluate((bytes) => globalThis.standSay(bytes), [...bytes])).catch(() => {});
+    this.#waiting.push(...bytes);
+    this.#saying ??= this.#tell();
+  }
+
+  /** Passes on what waits, as much at a time as has come meanwhile. */
+  async #tell() {
+    while (this.#waiting.length) {
+      const bytes = this.#waiting;
+      this.#waiting = [];
+      await this.page.evaluate((bytes) => globalThis.standSay(bytes), bytes).catch(() => {});
+    }
+    this.#saying = null;
   }
 
   plug(there) {

@@ -67,6 +67,7 @@ export class Board {
   #polled = 0;
   #reports = 0;
   #noise = 0;
+  #isSilent = false;
   /** Whether the page knows the board. */
   #isGreeted = false;
   #timer = 0;
@@ -163,6 +164,7 @@ export class Board {
       if (now - this.#opened > GIVES_UP) return this.#giveUp();
       if (!wakes) return;
     } else if (now - this.#heard > SILENT && !/^Home/.test(this.known.name) && !this.#sent.some((line) => /^\$H/i.test(line))) {
+      this.#isSilent = true;
       this.ears.silent(`The board has not answered for ${((now - this.#heard) / 1000).toFixed(0)} s.`);
     }
     // One question at a time: a line by radio, or a board that homes, answers late.
@@ -246,7 +248,8 @@ export class Board {
   #report(report) {
     const {known} = this;
     this.#reports++;
-    this.ears.silent("");
+    if (this.#isSilent) this.ears.silent("");
+    this.#isSilent = false;
     const homed = known.name.startsWith("Home") && report.name === "Idle";
     known.take(report);
     if (homed) known.doubt = "";
