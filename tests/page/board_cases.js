@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import {execFileSync} from "node:child_process";
-import {mkdtempSync, rmSync, writeFileSync} from "node:fs";
+import {mkdtempSync, readFileSync, rmSync, writeFileSync} from "node:fs";
 import {tmpdir} from "node:os";
 import {join} from "node:path";
 import {drop, isState, reads, say, text, violations} from "./steps.js";
@@ -267,6 +267,42 @@ export const boardCases = [
     await reads(page, "^done in");
     assert.deepEqual(stand.job.slice(sent), rest(job, line, 5));
   }),
+  withMachine("a macro of one's own is kept by the browser, its lines go out one after the other, and an error ends them", async ({page, stand}) => {
+    await connectPort(page);
+    const keep = async (name, lines) => {
+      if (!(await page.locator("#macro-name").isVisible())) await page.getByText("Macros of your own").click();
+      await page.locator("#macro-name").fill(name);
+      await page.locator("#macro-lines").fill(lines);
+      await page.getByRole("button", {name: "Keep"}).click();
+    };
+    await keep("Park", "G53 G0 X2\n\nG53 G0 Y3");
+    await keep("Wrong", "G0 X1\nG1 X\nG0 X5");
+    await page.getByRole("button", {name: "Park", exact: true}).click();
+    await page.waitForFunction(() => globalThis.leadscrew.state().position[1] === 3);
+    await isState(page, "Idle");
+    await page.getByRole("button", {name: "Wrong", exact: true}).click();
+    await page.getByRole("tab", {name: "Console"}).click();
+    await page.waitForFunction(() => /the lines behind it are not sent: G0 X5/.test(document.getElementById("log").textContent));
+    assert.deepEqual(stand.job, ["G53 G0 X2", "G53 G0 Y3", "G0 X1", "G1 X"]);
+    assert.deepEqual(await violations(page), []);
+    await page.reload();
+    await page.getByRole("button", {name: "Park", exact: true}).waitFor();
+    await page.getByText("Macros of your own").click();
+    await page.getByRole("button", {name: "Remove Park"}).click();
+    await page.getByRole("button", {name: "Park", exact: true}).waitFor({state: "detached"});
+  }, {only: "file"}),
+  withMachine("its settings are saved to a file; from one, those that differ are set, homing before soft limits", async ({page, stand}) => {
+    await connectPort(page);
+    await page.getByRole("tab", {name: "Settings"}).click();
+    const [saved] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", {name: "Save to a file"}).click()]);
+    const text = readFileSync(await saved.path(), "utf8");
+    assert.match(text, /^\$0=10\n(.*\n)*\$110=6000\.000\n(.*\n)*\$132=200\.000\n/);
+    const wanted = text.replace("$20=0", "$20=1").replace("$22=0", "$22=1").replace("$120=800.000", "$120=500");
+    await page.locator("#settings-file").setInputFiles({name: "mine.txt", mimeType: "text/plain", buffer: Buffer.from(`${wanted}$9999=1\n`)});
+    await page.waitForFunction(() => document.getElementById("setting-120").value === "500.000" && document.getElementById("setting-20").value === "1");
+    assert.deepEqual(stand.job, ["$22=1", "$20=1", "$120=500"]);
+    assert.match(await log(page), /3 settings differ from the file, and are set; this machine has no \$9999/);
+  }, {only: "file"}),
   withRecording("its laser job of 1217 lines is timed as it took, and streamed without overrun, each line once", "job_laser", async ({page, stand, board, shoot}) => {
     await connectPort(page);
     await dropped(page, "laser.nc", board.program);

@@ -24,7 +24,8 @@ const COMMON: [Module; 7] = [
 
 /// Modules that only the page of a machine has. The module that reaches the machine is added to
 /// them.
-const MACHINE: [Module; 17] = [
+const MACHINE: [Module; 19] = [
+    ("backup", include_str!("../web/backup.js")),
     ("begin", include_str!("../web/begin.js")),
     ("board", include_str!("../web/board.js")),
     ("chart", include_str!("../web/chart.js")),
@@ -36,6 +37,7 @@ const MACHINE: [Module; 17] = [
     ("jog", include_str!("../web/jog.js")),
     ("life", include_str!("../web/life.js")),
     ("machines", include_str!("../web/machines.js")),
+    ("macros", include_str!("../web/macros.js")),
     ("main", include_str!("../web/main.js")),
     ("panels", include_str!("../web/panels.js")),
     ("program", include_str!("../web/program.js")),

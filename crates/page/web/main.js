@@ -1,6 +1,7 @@
 // @ts-check
 // The page: brings the machine's frames to the panels, and what is pressed to the machine.
 
+import {listenForBackups} from "backup";
 import {Beginning, lineAt} from "begin";
 import {Chart} from "chart";
 import {by, make, say, tabs} from "dom";
@@ -13,6 +14,7 @@ import {isBanner} from "grbl";
 import {mark, marksOf} from "legend";
 import {alarmWords, isUnderWay, needsReset, pauseOf} from "life";
 import {Machines} from "machines";
+import {Macros} from "macros";
 import {Console, Position, SettingsPanel, Switches, buildOverrides, showOverrides} from "panels";
 import {Program} from "program";
 import {Path, shifted} from "scene";
@@ -193,7 +195,10 @@ function wire({channel, fromMachine, number, bytes}) {
     if (isBanner(line)) {
       if (isOwn && isUnderWay(job.life)) log.add(`The machine was reset. ${account()}`, "bad");
       if (isOwn) job.stop("a reset");
-      if (isOwn) sender.reset();
+      if (isOwn) {
+        sender.reset();
+        performing.lines = [];
+      }
       jobLines.clear();
     }
     if (!line.startsWith("<") && line !== "ok" && isFirst(channel, line)) log.add(line, /^(error|ALARM)/.test(line) ? "bad" : "heard");
@@ -266,6 +271,7 @@ function answeredSender(channel, number) {
  */
 function answered(line, answer, number) {
   if (line.job) jobLines.set(number, line.job);
+  else performed(line.text, answer);
   if (answer === "ok") return;
   if (line.text.startsWith("$")) settingsPanel.restore(settings);
   if (!line.job) return;
@@ -381,10 +387,10 @@ function enable() {
   const name = state?.name ?? "";
   for (const element of document.querySelectorAll(".drive")) /** @type {HTMLButtonElement} */ (element).disabled = !may;
   const hasErrors = (job.checked?.errors.length ?? 1) > 0;
-  const isFree = name === "Idle" && state?.quiet === true && !isUnderWay(job.life) && !sender.isRunning;
-  /** @type {HTMLButtonElement} */ (by("run")).disabled = !may || !isFree || !job.checked || hasErrors || job.text === "";
-  /** @type {HTMLButtonElement} */ (by("from")).disabled = !may || !isFree || hasErrors || !job.profile || job.text === "";
-  /** @type {HTMLButtonElement} */ (by("frame")).disabled = !may || !isFree || !boxOfJob();
+  const free = isFree();
+  /** @type {HTMLButtonElement} */ (by("run")).disabled = !may || !free || !job.checked || hasErrors || job.text === "";
+  /** @type {HTMLButtonElement} */ (by("from")).disabled = !may || !free || hasErrors || !job.profile || job.text === "";
+  /** @type {HTMLButtonElement} */ (by("frame")).disabled = !may || !free || !boxOfJob();
   if (needsReset(state)) /** @type {HTMLButtonElement} */ (by("home")).disabled = true;
   /** @type {HTMLButtonElement} */ (by("check")).disabled = !link.looks || job.text === "";
   for (const id of ["hold", "reset"]) /** @type {HTMLButtonElement} */ (by(id)).disabled = !link.isOpen;
@@ -504,6 +510,44 @@ const beginning = new Beginning({
   go: (line, preamble) => dare(() => start(line, preamble)),
 });
 
+/** Whether nothing is under way. */
+function isFree() {
+  return state?.name === "Idle" && state.quiet && !isUnderWay(job.life) && !sender.isRunning;
+}
+
+/** Lines of a person's that wait for the answer to the one before, and whether an error ends them. */
+let performing = {lines: /** @type {string[]} */ ([]), now: "", stops: true};
+
+/**
+ * Sends lines of a person's, one after the other, if nothing is under way.
+ * @param {string[]} lines
+ * @param {string} what
+ * @param {boolean} [stops] whether an error ends them
+ */
+function perform(lines, what, stops = true) {
+  if (!isFree()) return log.add(`${what}: the machine is not free`, "note");
+  log.add(what, "note");
+  performing = {lines: [...lines], now: "", stops};
+  performNext();
+}
+
+function performNext() {
+  performing.now = performing.lines.shift() ?? "";
+  if (performing.now && !command(performing.now)) performing.lines = [];
+}
+
+/** A line that is none of the job's has been answered. @param {string} line @param {string} answer */
+function performed(line, answer) {
+  if (line !== performing.now || line === "") return;
+  if (answer !== "ok" && performing.stops && performing.lines.length) {
+    log.add(`${line}: ${answer}; the lines behind it are not sent: ${performing.lines.join(", ")}`, "bad");
+    performing.lines = [];
+  }
+  performNext();
+}
+
+new Macros(({name, lines}) => perform(lines, name));
+
 /** The box of the job, machine coordinates. @returns {import("scene").Box | null} */
 function boxOfJob() {
   const {x, y} = job.checked?.extents ?? {};
@@ -578,8 +622,9 @@ function begin() {
   listenForFraming({
     box: boxOfJob,
     now: () => ({z: state?.position[2] ?? 0, full: settings.value(30), laser: settings.isLaser, spindle: (state?.spindle ?? 0) > 0, offset: state?.offset[2] ?? 0}),
-    go: (lines) => lines.forEach((line) => command(line)),
+    go: (lines) => perform(lines, "frame"),
   });
+  listenForBackups(settings, (lines, words) => perform(lines, words, false));
   listenForPorts(link, () => !isUnderWay(job.life));
   window.addEventListener("beforeunload", (event) => {
     if (link.hasBoard && isUnderWay(job.life)) event.preventDefault();
