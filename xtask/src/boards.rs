@@ -1,7 +1,7 @@
 //! `cargo xtask boards`: the example boards that are not an F407.
 //!
-//! All of these boards are compiled. The one that QEMU emulates gets a job over its serial line.
-//! QEMU's trace of its ports must show the steps and directions of the job.
+//! All of these boards are compiled. Those that QEMU emulates get a job over their serial lines.
+//! QEMU's trace of their ports must show the steps that `leadscrew run` makes of this job.
 use crate::{
     failure::Failure,
     shell,
@@ -19,45 +19,174 @@ use std::{
 
 /// For each board its folder in `examples/boards`, which is also the program's name, and its
 /// target.
-const BOARDS: [(&str, &str); 2] = [
+const BOARDS: [(&str, &str); 3] = [
     ("lm3s6965", "thumbv7m-none-eabi"),
     ("rp2040", "thumbv6m-none-eabi"),
+    ("riscv", "riscv32imac-unknown-none-elf"),
 ];
 
-/// At Grbl's 250 steps/mm: 250 steps of X, then 125 of Y in the negative direction.
-const JOB: &str = "$X\nG1X1F300\nG1Y-0.5\n";
-const END: &str = "<Idle|MPos:1.000,-0.500,0.000|";
+/// A board that QEMU emulates.
+struct Emulated {
+    /// Its place in [`BOARDS`].
+    board: usize,
+    /// The program of QEMU, and the machine.
+    qemu: [&'static str; 2],
+    /// Further arguments; the first two are the length of an instruction. Emulated time is counted
+    /// in instructions, so that a busy computer causes no delays.
+    arguments: &'static [&'static str],
+    /// The events that QEMU has to trace: each change of a pin.
+    events: &'static str,
+    /// The edges of a trace.
+    edges: fn(&str) -> Vec<Edge>,
+}
 
-/// The edges that the pins must show: port, pin, level, and how often.
+const EMULATED: [Emulated; 2] = [
+    Emulated {
+        board: 0,
+        qemu: ["qemu-system-arm", "lm3s6965evb"],
+        arguments: &["-icount", "shift=4,sleep=off"], // 16 ns; the chip takes 20
+        events: "pl061_set_output",
+        edges: pl061_edges,
+    },
+    Emulated {
+        board: 2,
+        qemu: ["qemu-system-riscv32", "sifive_u"],
+        // 4 ns: the chip takes 1 ns. With 16 ns, and no FPU in use, polls in a circle come too late.
+        arguments: &["-icount", "shift=2,sleep=off", "-bios", "none"],
+        events: "sifive_gpio_write",
+        edges: sifive_edges,
+    },
+];
+
+/// A pin, and its new level.
+type Edge = (&'static str, bool);
+
+/// Lines, a diagonal of all motors, and a circle, which takes X and Y both ways.
+const JOB: &str = "G1X1F300\nG1Y-0.5\nG1X0.2Y0.3Z0.4\nG2I0.2\n";
+const END: &str = "<Idle|MPos:0.200,0.300,0.400|";
+
+/// The steps of a motor in their order: true if a step goes in the negative direction.
+type Steps = Vec<bool>;
+
+const STEPS: [&str; 3] = ["step X", "step Y", "step Z"];
+const DIRECTIONS: [&str; 3] = ["direction X", "direction Y", "direction Z"];
+
+/// The edges in QEMU's trace of the LM3S6965's ports: port E (its device is number 12 in QEMU's
+/// list) has the steps, port D the directions.
+fn pl061_edges(trace: &str) -> Vec<Edge> {
+    let edge = |line: &str| {
+        let (_, rest) = line.split_once("device[")?;
+        let (device, rest) = rest.split_once("] setting output ")?;
+        let (pin, level) = rest.split_once(" to ")?;
+        let pins = match device {
+            "12" => STEPS,
+            "11" => DIRECTIONS,
+            _ => return None,
+        };
+        let pin = *pins.get(pin.parse::<usize>().ok()?)?;
+        Some((pin, level.trim() == "1"))
+    };
+    trace.lines().filter_map(edge).collect()
+}
+
+/// The edges in QEMU's trace of the FU540's GPIO: writes of the word that has all levels.
+fn sifive_edges(trace: &str) -> Vec<Edge> {
+    let mut before = 0;
+    let mut edges = Vec::new();
+    for line in trace.lines() {
+        let Some((_, value)) = line.split_once("offset 0xc value 0x") else {
+            continue;
+        };
+        let levels = u32::from_str_radix(value.trim(), 16).unwrap_or(before);
+        for (bit, pin) in STEPS.into_iter().chain(DIRECTIONS).enumerate() {
+            if (before ^ levels) >> bit & 1 == 1 {
+                edges.push((pin, levels >> bit & 1 == 1));
+            }
+        }
+        before = levels;
+    }
+    edges
+}
+
+/// The steps that edges make, motor by motor. A board must set a direction before the step.
 ///
-/// Port E (its device is number 12 in QEMU's list) has the steps, port D the directions.
-const EDGES: [(&str, usize); 6] = [
-    ("device[12] setting output 0 to 1", 250),
-    ("device[12] setting output 0 to 0", 250),
-    ("device[12] setting output 1 to 1", 125),
-    ("device[12] setting output 1 to 0", 125),
-    ("device[12] setting output 2 to 1", 0),
-    ("device[11] setting output 1 to 1", 1),
-];
-const FIRST_STEP_OF_Y: &str = "device[12] setting output 1 to 1";
-const Y_TURNS_BACK: &str = "device[11] setting output 1 to 1";
+/// # Errors
+/// The pin that does not fall before it rises again.
+fn steps(edges: &[Edge]) -> Result<[Steps; 3], &'static str> {
+    let mut steps = [const { Steps::new() }; 3];
+    let (mut stepping, mut negative) = ([false; 3], [false; 3]);
+    for (pin, high) in edges {
+        if let Some(motor) = DIRECTIONS.iter().position(|direction| direction == pin) {
+            negative[motor] = *high;
+        } else if let Some(motor) = STEPS.iter().position(|step| step == pin) {
+            if *high == std::mem::replace(&mut stepping[motor], *high) {
+                return Err(STEPS[motor]);
+            }
+            if *high {
+                steps[motor].push(negative[motor]);
+            }
+        }
+    }
+    match stepping.iter().position(|high| *high) {
+        Some(motor) => Err(STEPS[motor]),
+        None => Ok(steps),
+    }
+}
+
+/// The steps that the simulator makes of the job.
+fn simulated() -> Result<[Steps; 3], Failure> {
+    let job = target_dir().join("job.nc");
+    fs::write(&job, JOB).map_err(Failure::file(&job))?;
+    let mut simulator = Command::new("cargo");
+    simulator
+        .args(["run", "--quiet", "-p", "leadscrew-cli", "--"])
+        .args(["run", "--quiet", "--steps", "-"])
+        .arg(&job);
+    let table = shell::output(&mut simulator)?;
+    listed(&table).ok_or_else(|| Failure::unreadable("leadscrew run --steps", &table))
+}
+
+/// The steps of a table of `leadscrew run --steps`.
+fn listed(table: &str) -> Option<[Steps; 3]> {
+    let mut steps = [const { Steps::new() }; 3];
+    for line in table.strip_prefix("cycle,step,dir,power\n")?.lines() {
+        let mut words = line.split(',').skip(1);
+        let mut mask = || words.next()?.parse::<u8>().ok();
+        let (stepping, negative) = (mask()?, mask()?);
+        for (motor, steps) in steps.iter_mut().enumerate() {
+            if stepping >> motor & 1 == 1 {
+                steps.push(negative >> motor & 1 == 1);
+            }
+        }
+    }
+    Some(steps)
+}
 
 /// The longest time that QEMU may take for the job.
 const TIME_LIMIT: Duration = Duration::from_secs(120);
 
-/// Builds every board, and runs the one that QEMU emulates.
+/// Builds every board, and runs those that QEMU emulates.
 pub(crate) fn run() -> Result<(), Failure> {
     for (board, target) in BOARDS {
         build(board, target)?;
         println!("{board}: {} bytes of flash", flash(&elf(board, target))?);
     }
     let (board, target) = BOARDS[0];
-    let elf = elf(board, target);
-    ensure_documented(flash(&elf)?)?;
-    let trace = target_dir().join("pins.log");
-    let answers = run_job(&elf, &trace)?;
+    ensure_documented(flash(&elf(board, target))?)?;
+    let expected = simulated()?;
+    EMULATED
+        .iter()
+        .try_for_each(|emulated| watch(emulated, &expected))
+}
+
+/// Runs the job on an emulated board, and compares its pins.
+fn watch(emulated: &Emulated, expected: &[Steps; 3]) -> Result<(), Failure> {
+    let (board, target) = BOARDS[emulated.board];
+    let trace = target_dir().join(format!("pins-{board}.log"));
+    let answers = run_job(emulated, &elf(board, target), &trace)?;
     println!("{board}: {}", answers.trim().replace("\r\n", " / "));
-    compare(&fs::read_to_string(&trace).map_err(Failure::file(&trace))?)
+    let trace = fs::read_to_string(&trace).map_err(Failure::file(&trace))?;
+    compare(board, &(emulated.edges)(&trace), expected)
 }
 
 /// The document that says how much flash the first board takes, and how it says so.
@@ -116,8 +245,8 @@ fn build(board: &str, target: &str) -> Result<(), Failure> {
 
 /// Sends the job, and asks for the state until the machine reports the end of the job. Returns the
 /// text heard.
-fn run_job(elf: &Path, trace: &Path) -> Result<String, Failure> {
-    let mut qemu = start(elf, trace)?;
+fn run_job(emulated: &Emulated, elf: &Path, trace: &Path) -> Result<String, Failure> {
+    let mut qemu = start(emulated, elf, trace)?;
     let done = converse(&mut qemu);
     // QEMU does not end by itself; if it has ended, there is nothing to stop.
     let _ = qemu.kill();
@@ -125,14 +254,14 @@ fn run_job(elf: &Path, trace: &Path) -> Result<String, Failure> {
     done
 }
 
-fn start(elf: &Path, trace: &Path) -> Result<Child, Failure> {
-    let mut command = Command::new("qemu-system-arm");
+fn start(emulated: &Emulated, elf: &Path, trace: &Path) -> Result<Child, Failure> {
+    let [program, machine] = emulated.qemu;
+    let mut command = Command::new(program);
     command
-        .args(["-M", "lm3s6965evb", "-nographic", "-monitor", "none"])
-        // Emulated time is counted in instructions, 16 ns each, so that a busy computer causes no
-        // delays.
-        .args(["-serial", "stdio", "-icount", "shift=4,sleep=off"])
-        .args(["-trace", "pl061_set_output", "-D"])
+        .args(["-M", machine, "-nographic", "-monitor", "none"])
+        .args(emulated.arguments)
+        .args(["-serial", "stdio"])
+        .args(["-trace", emulated.events, "-D"])
         .arg(trace)
         .arg("-kernel")
         .arg(elf)
@@ -140,7 +269,7 @@ fn start(elf: &Path, trace: &Path) -> Result<Child, Failure> {
         .stdout(Stdio::piped())
         .stderr(Stdio::null());
     command.spawn().map_err(|error| Failure::NotStarted {
-        program: "qemu-system-arm".to_owned(),
+        program: program.to_owned(),
         error,
     })
 }
@@ -153,7 +282,7 @@ fn converse(qemu: &mut Child) -> Result<String, Failure> {
     let begin = Instant::now();
     let mut heard = String::new();
     await_text(&answers, &mut heard, "help]", begin)?;
-    send(&mut to, JOB)?;
+    send(&mut to, &format!("$X\n{JOB}"))?;
     while !heard.contains(END) {
         send(&mut to, "?")?;
         await_text(&answers, &mut heard, ">\r\n", begin)?;
@@ -205,18 +334,21 @@ fn listen(mut from: impl Read + Send + 'static) -> Receiver<String> {
     receiver
 }
 
-/// Compares QEMU's trace with the job's pin levels.
-fn compare(trace: &str) -> Result<(), Failure> {
+/// Compares the steps of a board's pins with the simulator's, motor by motor.
+fn compare(board: &str, edges: &[Edge], expected: &[Steps; 3]) -> Result<(), Failure> {
+    let seen = steps(edges)
+        .map_err(|pin| Failure::finding(format!("{board}: {pin} does not fall after a step")))?;
     let mut findings = Vec::new();
-    for (edge, expected) in EDGES {
-        let seen = trace.lines().filter(|line| line.ends_with(edge)).count();
-        println!("    {seen:>4} x {edge}");
-        if seen != expected {
-            findings.push(format!("{edge}: {seen} times, not {expected}"));
+    for (pin, (seen, expected)) in STEPS.iter().zip(seen.iter().zip(expected)) {
+        let negative = seen.iter().filter(|negative| **negative).count();
+        println!("    {:>4} x {pin}, {negative} of them back", seen.len());
+        if let Some(place) = difference(seen, expected) {
+            let (seen, expected) = (seen.len(), expected.len());
+            findings.push(format!(
+                "{board}: {pin}: {seen} steps, the simulator makes {expected}; number {place} is \
+                 the first that differs"
+            ));
         }
-    }
-    if trace.find(Y_TURNS_BACK) > trace.find(FIRST_STEP_OF_Y) {
-        findings.push("Y steps before its direction has changed".to_owned());
     }
     if findings.is_empty() {
         Ok(())
@@ -225,9 +357,52 @@ fn compare(trace: &str) -> Result<(), Failure> {
     }
 }
 
+/// The first place at which two lists of steps differ, counted from 0.
+fn difference(seen: &[bool], expected: &[bool]) -> Option<usize> {
+    let together = seen.iter().zip(expected);
+    let same = together.take_while(|(seen, expected)| seen == expected);
+    let same = same.count();
+    (same < seen.len().max(expected.len())).then_some(same)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn edges_are_read_from_either_trace() {
+        let pl061 = "pl061_set_output device[12] setting output 1 to 1\n\
+                     pl061_set_output device[10] setting output 1 to 1\n\
+                     pl061_set_output device[11] setting output 0 to 0";
+        assert_eq!(
+            pl061_edges(pl061),
+            [("step Y", true), ("direction X", false)]
+        );
+        let sifive = "sifive_gpio_write offset 0xc value 0x41\n\
+                      sifive_gpio_write offset 0x8 value 0x7f\n\
+                      sifive_gpio_write offset 0xc value 0x50";
+        assert_eq!(
+            sifive_edges(sifive),
+            [("step X", true), ("step X", false), ("direction Y", true)]
+        );
+    }
+
+    #[test]
+    fn a_board_that_steps_otherwise_than_the_simulator_is_a_finding() {
+        let pulse = [("step X", true), ("step X", false)];
+        let back = [&[("direction X", true)][..], &pulse].concat();
+        let job = listed("cycle,step,dir,power\n9,1,0,0.000\n11,3,1,0.000\n").unwrap();
+        assert_eq!(job, [vec![false, true], vec![false], vec![]]);
+        let y = [("step Y", true), ("step Y", false)];
+        let good = [&pulse[..], &back, &y].concat();
+        assert!(compare("a board", &good, &job).is_ok());
+        let late = [&pulse[..], &pulse, &[("direction X", true)], &y].concat();
+        let bad = [&back[..], &pulse, &y].concat();
+        for edges in [&good[2..], &late, &bad, &good[..5], &good[..6]] {
+            assert!(compare("a board", edges, &job).is_err(), "{edges:?}");
+        }
+        assert_eq!(listed("step\n1\n"), None);
+    }
 
     #[test]
     fn the_document_says_how_much_flash_it_takes() {

@@ -221,6 +221,7 @@ fn sysroot(rustc: &str) -> Option<PathBuf> {
 fn find_linker(target: &str) -> PathBuf {
     let other = match target {
         BROWSER => "wasm-ld",
+        _ if target.starts_with("riscv") => "ld.lld",
         _ => "arm-none-eabi-ld",
     };
     let host = concat!("lib/rustlib/", env!("HOST_TRIPLE"), "/bin/rust-lld");
