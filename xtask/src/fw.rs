@@ -148,6 +148,12 @@ pub(crate) const BOARD: &str = "LEADSCREW_BOARD";
 /// The variable that names the machine's file.
 pub(crate) const MACHINE: &str = "LEADSCREW_MACHINE";
 
+/// The file of a machine with six axes, on a Discovery.
+pub(crate) const SIX_AXES: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../tests/firmware/six_axes.toml"
+);
+
 /// The variable that asks for an image which reads its board from a record.
 pub(crate) const RECORD: &str = "LEADSCREW_RECORD";
 

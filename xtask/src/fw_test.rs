@@ -39,12 +39,6 @@ const INVERTED: &str = concat!(
     "/../tests/firmware/every_output.toml"
 );
 
-/// Six axes on a Discovery.
-const SIX_AXES: &str = concat!(
-    env!("CARGO_MANIFEST_DIR"),
-    "/../tests/firmware/six_axes.toml"
-);
-
 /// The variable for builds that read the pins of a board with three motors from a record.
 const WITHOUT_PINS: (&str, &str) = (fw::RECORD, "1");
 
@@ -56,7 +50,7 @@ const BUILDS: [Build; 22] = [
     build("fly-407zg", &[(BOARD, "fly-407zg")]),
     build("spider", &[(BOARD, "spider")]),
     build("robin-nano-v3", &[(BOARD, "robin-nano-v3")]),
-    build("six-axes", &[(fw::MACHINE, SIX_AXES)]),
+    build("six-axes", &[(fw::MACHINE, fw::SIX_AXES)]),
     build("record", &[WITHOUT_PINS]),
     build("record-behind", &[WITHOUT_PINS, (BOARD, "octopus")]),
     build(

@@ -37,7 +37,7 @@ pub(crate) fn of(elf: &Path) -> Result<Sizes, Failure> {
     Ok(Sizes::from([
         ("flash", flash.map(section).iter().sum()),
         (left_of(symbol("__chip_flash")?), left),
-        ("sram", sram),
+        (sram_of(symbol("__axes_of_file").unwrap_or(0)), sram),
         ("ccm", ccm),
         ("frame", code.lines().filter_map(frame).max().unwrap_or(0)),
     ]))
@@ -48,6 +48,14 @@ fn left_of(chip: u64) -> &'static str {
     match chip {
         ..=0x8_0000 => "left-512",
         _ => "left-1024",
+    }
+}
+
+/// The name of the variables: a machine with more than four axes takes what is left of the SRAM.
+fn sram_of(axes: u64) -> &'static str {
+    match axes {
+        ..=4 => "sram",
+        _ => "sram-6",
     }
 }
 
@@ -212,12 +220,23 @@ Idx Name          Size      VMA       LMA       File off  Algn
     fn every_size_but_the_flash_itself_has_a_limit() {
         let limits = limits().unwrap();
         let names: Vec<&str> = limits.keys().map(String::as_str).collect();
-        assert_eq!(names, ["ccm", "frame", "left-1024", "left-512", "sram"]);
+        assert_eq!(
+            names,
+            ["ccm", "frame", "left-1024", "left-512", "sram", "sram-6"]
+        );
     }
 
     #[test]
     fn a_chip_is_small_up_to_512_kib() {
         assert_eq!(left_of(512 << 10), "left-512");
         assert_eq!(left_of(1024 << 10), "left-1024");
+    }
+
+    #[test]
+    fn more_than_four_axes_have_a_row_of_their_own() {
+        assert_eq!(
+            [0, 4, 5, 6].map(sram_of),
+            ["sram", "sram", "sram-6", "sram-6"]
+        );
     }
 }

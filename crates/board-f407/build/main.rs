@@ -40,6 +40,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     if env::var_os("LEADSCREW_RECORD").is_some() {
         return for_record(&board, machine.is_some());
     }
+    // `cargo xtask thumb` has a limit of its own for machines with many axes.
+    let axes = machine.as_ref().map_or(0, |of| of.profile.axis_count());
+    let axes = format!("__axes_of_file = {axes};\n");
     let (board, machine) = match &machine {
         None => (board.bare(), board.machine_module()),
         Some(machine) => for_machine(&board, machine)?,
@@ -50,7 +53,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     if board.switches_windings() {
         println!("cargo:rustc-cfg=windings");
     }
-    write(&(machine + &board.pins_module()), &board.memory())
+    write(&(machine + &board.pins_module()), &(board.memory() + &axes))
 }
 
 /// Writes the board's module and the linker's memory map to where the compiler looks for them.
