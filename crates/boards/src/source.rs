@@ -219,9 +219,14 @@ pub(crate) fn own() -> Own {{
             begin: self.start + VECTORS,
             size: (sector.begin - self.start).min(SMALLEST) - VECTORS,
         };
+        // An image of four motors, which is for chips of 1 MiB, has more constants.
+        let code = match has_four_motors {
+            true => "",
+            false => "\n    *(.text*board_f407*14settings_flash*);",
+        };
         let text = format!(
-            "/* The board's record; the code is behind it, and constants are in front: the vector table's sector has room for them,
-   which a chip of 512 KiB needs. */
+            "/* The board's record; the code is behind it. Constants are in front, and code that keeps settings: the vector table's
+   sector has room for them, which a chip of 512 KiB needs. */
 __record = {:#010X};
 _stext = {:#010X};
 MEMORY
@@ -232,7 +237,7 @@ SECTIONS
 {{
   .front : ALIGN(4)
   {{
-    *(.rodata .rodata.*);
+    *(.rodata .rodata.*);{code}
     . = ALIGN(4);
   }} > FRONT
 }} INSERT AFTER .vector_table;

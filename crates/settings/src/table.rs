@@ -69,7 +69,7 @@ pub struct Row {
     pub name: &'static str,
     /// The unit of its value, empty for none.
     pub unit: &'static str,
-    /// Its effect, in one sentence.
+    /// Its effect, in one sentence; its name in a build without the feature `descriptions`.
     pub description: &'static str,
     /// The group of settings to which it belongs.
     pub group: Group,
@@ -104,7 +104,10 @@ macro_rules! rows {
                         number: $number,
                         name: $title,
                         unit: $unit,
-                        description: $description,
+                        description: match cfg!(feature = "descriptions") {
+                            true => $description,
+                            false => $title,
+                        },
                         group: Group::$group,
                         kind: $kind,
                         default: Number::from_nanos($default * 1_000_000),
