@@ -279,7 +279,7 @@ export const boardCases = [
     await keep("Wrong", "G0 X1\nG1 X\nG0 X5");
     await page.getByRole("button", {name: "Park", exact: true}).click();
     await page.waitForFunction(() => globalThis.leadscrew.state().position[1] === 3);
-    await isState(page, "Idle");
+    await page.waitForFunction(() => globalThis.leadscrew.state().name === "Idle" && globalThis.leadscrew.state().quiet);
     await page.getByRole("button", {name: "Wrong", exact: true}).click();
     await page.getByRole("tab", {name: "Console"}).click();
     await page.waitForFunction(() => /the lines behind it are not sent: G0 X5/.test(document.getElementById("log").textContent));
