@@ -14,6 +14,7 @@ mod check;
 mod checker;
 mod complaint;
 mod foreign;
+mod grbl_timer;
 mod json;
 mod life;
 mod look;
