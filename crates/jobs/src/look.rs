@@ -21,7 +21,7 @@ use leadscrew_sim::program::Next;
 use leadscrew_sim::scene::MOVE_BYTES;
 use leadscrew_sim::speed_profile::Recorder;
 use leadscrew_sim::streamer::Lines;
-use serde_json::json;
+use serde_json::{json, Value};
 use std::io::{self, BufReader, Read};
 
 /// Plain lines that a program may come to, as many as a page takes.
@@ -55,7 +55,8 @@ pub enum Finding {
     Plain(String),
     /// How much of the job has been timed, percent.
     Progress(u8),
-    /// The output of `leadscrew profile --json`.
+    /// The output of `leadscrew profile --json`. With `course`: lines and seconds in the order of time,
+    /// line 0 at rest.
     Profile(String),
     /// What brings the machine to where the job stands at a line: JSON with the lines, `preamble`;
     /// or with `refused`, the words why the job cannot be begun there; and `resume`, what was asked.
@@ -351,7 +352,9 @@ fn time(
     // A job that was given up has no result.
     if let Ok(done) = done {
         let report = ProfileReport::new(&job.name, machine.file.letters(), done, true);
-        tell(Finding::Profile(report.json(true)));
+        let mut json: Value = serde_json::from_str(&report.json(true)).unwrap_or_default();
+        json["course"] = json!(report.course());
+        tell(Finding::Profile(json.to_string()));
     }
 }
 
@@ -425,6 +428,9 @@ mod tests {
             panic!("{found:?}")
         };
         let profile: serde_json::Value = serde_json::from_str(json).unwrap();
+        let course = profile["course"].as_array().unwrap().iter();
+        let whole: f64 = course.map(|part| part[1].as_f64().unwrap()).sum();
+        assert!((whole - profile["job_seconds"].as_f64().unwrap()).abs() < 1e-6);
         // 10 mm at 5 mm/s, with ramps of 10 mm/s².
         let ideal = 10.0 / 5.0 + 5.0 / 10.0;
         let seconds = profile["job_seconds"].as_f64().unwrap();

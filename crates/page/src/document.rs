@@ -12,9 +12,10 @@ use std::sync::LazyLock;
 type Module = (&'static str, &'static str);
 
 /// The modules of both documents.
-const COMMON: [Module; 7] = [
+const COMMON: [Module; 8] = [
     ("camera", include_str!("../web/camera.js")),
     ("colours", include_str!("../web/colours.js")),
+    ("course", include_str!("../web/course.js")),
     ("dom", include_str!("../web/dom.js")),
     ("legend", include_str!("../web/legend.js")),
     ("scene", include_str!("../web/scene.js")),
@@ -24,7 +25,7 @@ const COMMON: [Module; 7] = [
 
 /// Modules that only the page of a machine has. The module that reaches the machine is added to
 /// them.
-const MACHINE: [Module; 19] = [
+const MACHINE: [Module; 23] = [
     ("backup", include_str!("../web/backup.js")),
     ("begin", include_str!("../web/begin.js")),
     ("board", include_str!("../web/board.js")),
@@ -33,6 +34,7 @@ const MACHINE: [Module; 19] = [
     ("frames", include_str!("../web/frames.js")),
     ("framing", include_str!("../web/framing.js")),
     ("grbl", include_str!("../web/grbl.js")),
+    ("heights", include_str!("../web/heights.js")),
     ("job", include_str!("../web/job.js")),
     ("jog", include_str!("../web/jog.js")),
     ("life", include_str!("../web/life.js")),
@@ -40,10 +42,13 @@ const MACHINE: [Module; 19] = [
     ("macros", include_str!("../web/macros.js")),
     ("main", include_str!("../web/main.js")),
     ("panels", include_str!("../web/panels.js")),
+    ("perform", include_str!("../web/perform.js")),
     ("program", include_str!("../web/program.js")),
+    ("scrub", include_str!("../web/scrub.js")),
     ("sender", include_str!("../web/sender.js")),
     ("serial", include_str!("../web/serial.js")),
     ("state", include_str!("../web/state.js")),
+    ("touch", include_str!("../web/touch.js")),
 ];
 
 /// The module that reaches a machine through a server.
@@ -56,10 +61,7 @@ const WORKERS: Module = ("link", include_str!("../web/local.js"));
 const WORKER: &str = include_str!("../web/worker.js");
 
 /// Modules that only the page of a finished job has.
-const PLAYER: [Module; 2] = [
-    ("course", include_str!("../web/course.js")),
-    ("main", include_str!("../web/player.js")),
-];
+const PLAYER: [Module; 1] = [("main", include_str!("../web/player.js"))];
 
 const PAGE: &str = include_str!("../web/page.html");
 const PLAYER_PAGE: &str = include_str!("../web/player.html");

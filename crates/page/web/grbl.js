@@ -34,6 +34,12 @@ const numbers = (list) => (list ?? "").split(",").filter(Boolean).map(Number);
 /** The bits of the letters that stand in a text. @param {string} text @param {string[]} letters */
 const bits = (text, letters) => letters.reduce((all, letter, bit) => all | (text.includes(letter) ? 1 << bit : 0), 0);
 
+/** The place of contact that a probe reports, machine coordinates, mm; `null` for other lines. @param {string} line @param {number} mm in a unit of the reports */
+export function contactOf(line, mm) {
+  const places = line.match(/^\[PRB:([^:]*):1\]$/);
+  return places && numbers(places[1]).map((place) => place * mm);
+}
+
 /** What is known of the board: its reports tell only what has changed. */
 export class Known {
   name = "";

@@ -4,22 +4,26 @@
 import {listenForBackups} from "backup";
 import {Beginning, lineAt} from "begin";
 import {Chart} from "chart";
-import {by, make, say, tabs} from "dom";
+import {by, download, make, say, tabs} from "dom";
 import {listenForFraming} from "framing";
 import {FROM, TO} from "frames";
+import {Heights} from "heights";
 import {Job} from "job";
 import {Jog} from "jog";
 import {listenForPorts} from "connect";
 import {isBanner} from "grbl";
-import {mark, marksOf} from "legend";
+import {mark, marksOf, markOfMap} from "legend";
 import {alarmWords, isUnderWay, needsReset, pauseOf} from "life";
 import {Machines} from "machines";
 import {Macros} from "macros";
 import {Console, Position, SettingsPanel, Switches, buildOverrides, showOverrides} from "panels";
+import {Performer} from "perform";
 import {Program} from "program";
 import {Path, shifted} from "scene";
+import {Scrub} from "scrub";
 import {LineReader, Sender, isAnswer} from "sender";
 import {Settings} from "state";
+import {Touch} from "touch";
 import {View} from "view";
 
 /** @typedef {import("state").State} State */
@@ -63,6 +67,7 @@ let checkedAt = "";
 let checkedZero = [];
 
 const view = new View(by("view"), () => markView());
+const scrub = new Scrub(() => show());
 const sender = new Sender({send: (text) => link.send(TO.WIRE, text), answered});
 const jog = new Jog({
   say: (line) => command(line, false), press,
@@ -101,12 +106,15 @@ const frames = {
   [FROM.REST]: (found) => beginning.take(found),
   [FROM.PROFILE]: (profile) => {
     job.time(profile);
+    scrub.load(job.path, profile.course);
     enable();
   },
   [FROM.PROGRESS]: (percent) => job.timing(percent),
   [FROM.SETTINGS]: (all) => {
     settings.load(all);
     settingsPanel.load(settings);
+    jog.measure(settings.unit);
+    job.unit = settings.unit;
     drawLegend();
     show();
   },
@@ -201,12 +209,18 @@ function wire({channel, fromMachine, number, bytes}) {
       if (isOwn) job.stop("a reset");
       if (isOwn) {
         sender.reset();
-        performing.lines = [];
+        performer.stop();
       }
       jobLines.clear();
     }
     if (!line.startsWith("<") && line !== "ok" && isFirst(channel, line)) log.add(line, /^(error|ALARM)/.test(line) ? "bad" : "heard");
+    if (isOwn) {
+      heights.hear(line);
+      touch.hear(line, settings.unit.mm);
+      performer.hear(line);
+    }
     if (line.startsWith("ALARM:")) {
+      performer.stop();
       // If it is no matter of motion, the machine had come to the oldest line without an answer.
       job.stop(line, Number(line.slice(6)) > 3 ? sender.oldest?.job : undefined);
       sender.stop();
@@ -275,7 +289,7 @@ function answeredSender(channel, number) {
  */
 function answered(line, answer, number) {
   if (line.job) jobLines.set(number, line.job);
-  else performed(line.text, answer);
+  else performer.answered(line.text, answer);
   if (answer === "ok") return;
   if (line.text.startsWith("$")) settingsPanel.restore(settings);
   if (!line.job) return;
@@ -311,6 +325,9 @@ function isBusy() {
 function showState(now) {
   const before = state;
   state = now;
+  touch.follow(now, sender.first);
+  sender.isAside = touch.isChange;
+  performer.follow(now.name);
   const box = by("state");
   say(box, now.name);
   const kind = /^(Run|Jog|Home)/.test(now.name) ? "run" : /^(Hold|Door|Tool)/.test(now.name) ? "hold" : /^(Alarm|Sleep)/.test(now.name) ? "bad" : "idle";
@@ -324,7 +341,7 @@ function showState(now) {
   say(by("pause"), pause ? `${pause.why[0].toUpperCase()}${pause.why.slice(1)}.` : "");
   by("doubt").hidden = now.doubt === "";
   say(by("doubt-text"), now.doubt && `The place is not known: ${now.doubt}. Home the machine, or set zero anew.`);
-  position.show(now, settings.isLaser, settings.value(30));
+  position.show(now, settings.isLaser, settings.value(30), settings.unit);
   showOverrides(now);
   switches.show(now);
   if (chart.note(now)) chart.draw();
@@ -376,14 +393,19 @@ function zeroOfJob() {
 function show() {
   if (!state) return;
   const {done, position, offset, power, spindle, moves} = state;
-  const now = JSON.stringify([done, position, offset, zeroOfJob(), spindle && power, moves, trace.edition, job.path.edition, settings.travel, settings.isLaser, showsTravels, hasRun, document.documentElement.dataset.theme]);
+  const looked = scrub.place();
+  const now = JSON.stringify([looked, settings.unit, done, position, offset, zeroOfJob(), spindle && power, moves, trace.edition, job.path.edition, settings.travel, settings.isLaser, showsTravels, hasRun, heights.map, document.documentElement.dataset.theme]);
   if (now === shownLast) return;
   shownLast = now;
   view.shown = {
     job: job.path, trace, done: state.done, position: state.position, offset: state.offset, zero: zeroOfJob(), travel: settings.travel,
     softLimits: settings.hasSoftLimits, laser: settings.isLaser, power: state.spindle ? state.power : 0,
-    running: hasRun, travels: showsTravels,
+    running: hasRun, travels: showsTravels, map: heights.map, unit: settings.unit,
   };
+  if (looked) {
+    const zero = zeroOfJob();
+    Object.assign(view.shown, {trace: job.path, origin: zero, done: looked.done, position: looked.position.map((place, axis) => place + zero[axis]), power: 0, running: true});
+  }
   view.touch();
 }
 
@@ -394,8 +416,10 @@ function enable() {
   const free = isFree();
   /** @type {HTMLButtonElement} */ (by("run")).disabled = !may || !free || !job.isSound;
   /** @type {HTMLButtonElement} */ (by("from")).disabled = !may || !free || !job.isSound || !job.profile || !!job.plain;
-  /** @type {HTMLButtonElement} */ (by("frame")).disabled = !may || !free || !boxOfJob();
+  for (const id of ["frame", "level"]) /** @type {HTMLButtonElement} */ (by(id)).disabled = !may || !free || !boxOfJob();
+  /** @type {HTMLButtonElement} */ (by("save")).disabled = job.text === "";
   if (needsReset(state)) /** @type {HTMLButtonElement} */ (by("home")).disabled = true;
+  scrub.show(job.profile !== null && !isUnderWay(job.life));
   /** @type {HTMLButtonElement} */ (by("check")).disabled = !link.looks || job.text === "";
   for (const id of ["hold", "reset"]) /** @type {HTMLButtonElement} */ (by(id)).disabled = !link.isOpen;
   /** @type {HTMLButtonElement} */ (by("resume")).disabled = !may || !/^(Hold|Door|Tool)/.test(name);
@@ -420,14 +444,18 @@ function refuse(name, size) {
 }
 
 /**
- * Takes the G-code that was made of a dropped file of another machine.
- * @param {{text: string, notes: string[]} | {refused: string}} made
+ * Takes the G-code that was made of a dropped file of another machine, or of the job by a height map.
+ * @param {{text: string, notes: string[], level?: true} | {refused: string, level?: true}} made
  */
 function take(made) {
   // It was dropped on another page.
   if (!job.text) return;
+  if (made.level) heights.bent("refused" in made ? made.refused : undefined);
+  if (made.level && "refused" in made) return;
   if ("refused" in made) return discard(made.refused);
+  const flat = made.level ? job.level : null;
   job.load(job.name, made.text, made.notes);
+  job.flat = flat;
   program.load(job.lines);
   say(by("job-facts"), "checking …");
   job.enter({at: "dropped"});
@@ -462,6 +490,7 @@ function change(file) {
 function check() {
   hasRun = false;
   job.forget();
+  scrub.load(null);
   job.path.clear(0);
   drawLegend();
   checkedAt = conditions();
@@ -515,43 +544,36 @@ const beginning = new Beginning({
   go: (line, preamble) => dare(() => start(line, preamble)),
 });
 
-/** Whether nothing is under way. */
+/** Whether nothing is under way. @returns {boolean} */
 function isFree() {
-  return state?.name === "Idle" && state.quiet && !isUnderWay(job.life) && !sender.isRunning;
+  return state?.name === "Idle" && state.quiet && !isUnderWay(job.life) && !sender.isRunning && !performer.isBusy;
 }
 
-/** Lines of a person's that wait for the answer to the one before, and whether an error ends them. */
-let performing = {lines: /** @type {string[]} */ ([]), now: "", stops: true};
+/** @type {Performer} */
+const performer = new Performer({
+  send: (line) => command(line),
+  isFree: () => isFree() || (touch.isChange && /^(Hold|Tool)/.test(state?.name ?? "")),
+  log: (words, kind) => log.add(words, kind),
+});
 
-/**
- * Sends lines of a person's, one after the other, if nothing is under way.
- * @param {string[]} lines
- * @param {string} what
- * @param {boolean} [stops] whether an error ends them
- */
-function perform(lines, what, stops = true) {
-  if (!isFree()) return log.add(`${what}: the machine is not free`, "note");
-  log.add(what, "note");
-  performing = {lines: [...lines], now: "", stops};
-  performNext();
-}
+new Macros(({name, lines}) => performer.do(lines, name));
 
-function performNext() {
-  performing.now = performing.lines.shift() ?? "";
-  if (performing.now && !command(performing.now)) performing.lines = [];
-}
+/** @type {Touch} */
+const touch = new Touch({
+  probe: (steps) => touch.isChange ? performer.do(steps, "touch off") : performer.inMillimetres(steps, "touch off"),
+  here: (line) => touch.isChange ? performer.do([`G21${line}`], "touch off") : performer.inMillimetres([line], "touch off"),
+});
 
-/** A line that is none of the job's has been answered. @param {string} line @param {string} answer */
-function performed(line, answer) {
-  if (line !== performing.now || line === "") return;
-  if (answer !== "ok" && performing.stops && performing.lines.length) {
-    log.add(`${line}: ${answer}; the lines behind it are not sent: ${performing.lines.join(", ")}`, "bad");
-    performing.lines = [];
-  }
-  performNext();
-}
-
-new Macros(({name, lines}) => perform(lines, name));
+const heights = new Heights({
+  box: boxOfJob, isFree,
+  now: () => ({position: state?.position ?? [], offset: state?.offset ?? [0, 0, 0], spindle: (state?.spindle ?? 0) > 0, unit: settings.unit}),
+  go: (steps, ended) => performer.inMillimetres(steps, "height map", ended),
+  bend: (level) => link.look({name: job.name, level}, job.level),
+  changed: () => {
+    drawLegend();
+    show();
+  },
+});
 
 /** The box of the job, machine coordinates. @returns {import("scene").Box | null} */
 function boxOfJob() {
@@ -568,7 +590,7 @@ function reset() {
 
 function drawLegend() {
   const limits = settings.hasSoftLimits ? "soft limits" : "travel of the axes (soft limits off)";
-  by("legend").replaceChildren(...marksOf(job.path, settings.isLaser, job.work), mark("var(--carriage)", "carriage"), mark("var(--box)", limits), make("span", {text: "pale: ahead"}));
+  by("legend").replaceChildren(...marksOf(job.path, settings.isLaser, job.work), ...markOfMap(heights.map, state?.offset[2] ?? 0), mark("var(--carriage)", "carriage"), mark("var(--box)", limits), make("span", {text: "pale: ahead"}));
 }
 
 /** @param {"top" | "3d" | "front"} [name] */
@@ -599,7 +621,7 @@ function begin() {
   document.documentElement.dataset.theme = kept ?? (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
   /** @type {Record<string, () => void>} */
   const clicks = {
-    hold: () => press(0x21), resume: () => press(0x7e), reset, theme, run: () => dare(start), check, home: () => command("$H"), unlock: () => command("$X"), "alarm-reset": reset, "ask-run": () => dared(), trust: () => link.trust(),
+    hold: () => press(0x21), resume: () => press(0x7e), "touch-resume": () => press(0x7e), reset, theme, run: () => dare(start), check, save: () => download(job.name, job.text), home: () => command("$H"), unlock: () => command("$X"), "alarm-reset": reset, "ask-run": () => dared(), trust: () => link.trust(),
     "zero-all": () => command("G10L20P0X0Y0"), "go-zero": () => command("G90G0X0Y0"),
     "view-top": () => look("top"), "view-3d": () => look("3d"), "view-front": () => look("front"), "view-fit": () => view.fit(), "view-machine": () => view.fitMachine(),
     "view-clear": () => {
@@ -627,9 +649,9 @@ function begin() {
   listenForFraming({
     box: boxOfJob,
     now: () => ({z: state?.position[2] ?? 0, full: settings.value(30), laser: settings.isLaser, spindle: (state?.spindle ?? 0) > 0, offset: state?.offset[2] ?? 0}),
-    go: (lines) => perform(lines, "frame"),
+    go: (lines) => performer.do(lines, "frame"),
   });
-  listenForBackups(settings, (lines, words) => perform(lines, words, false));
+  listenForBackups(settings, (lines, words) => performer.do(lines, words, {stops: false}));
   listenForPorts(link, () => !isUnderWay(job.life));
   window.addEventListener("beforeunload", (event) => {
     if (link.hasBoard && isUnderWay(job.life)) event.preventDefault();
@@ -672,4 +694,4 @@ function listenForFiles() {
 
 begin();
 /** For tests: the script time of the last picture. */
-Object.assign(globalThis, {leadscrew: {cost: () => view.cost, draw: () => view.draw(), state: () => state, trace, job}});
+Object.assign(globalThis, {leadscrew: {cost: () => view.cost, draw: () => view.draw(), state: () => state, shown: () => view.shown, trace, job}});
