@@ -140,7 +140,7 @@ export const plateCases = [
       await page.waitForFunction(() => document.querySelector('#axes td[data-axis="Z"]').textContent === "4.500");
       assert.deepEqual(await violations(page), []);
       await shoot("change");
-      await page.locator("#touch-resume").click();
+      await page.getByRole("button", {name: "Resume"}).click();
       await reads(page, "^done in");
       assert.ok(await page.locator("#touch").isHidden());
       assert.equal(await text(page, '#axes td[data-axis="X"]'), "1.000");

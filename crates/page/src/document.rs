@@ -25,29 +25,36 @@ const COMMON: [Module; 8] = [
 
 /// Modules that only the page of a machine has. The module that reaches the machine is added to
 /// them.
-const MACHINE: [Module; 23] = [
+const MACHINE: [Module; 30] = [
+    ("ask", include_str!("../web/ask.js")),
     ("backup", include_str!("../web/backup.js")),
     ("begin", include_str!("../web/begin.js")),
     ("board", include_str!("../web/board.js")),
     ("chart", include_str!("../web/chart.js")),
     ("connect", include_str!("../web/connect.js")),
+    ("files", include_str!("../web/files.js")),
     ("frames", include_str!("../web/frames.js")),
     ("framing", include_str!("../web/framing.js")),
     ("grbl", include_str!("../web/grbl.js")),
+    ("head", include_str!("../web/head.js")),
     ("heights", include_str!("../web/heights.js")),
     ("job", include_str!("../web/job.js")),
     ("jog", include_str!("../web/jog.js")),
+    ("keys", include_str!("../web/keys.js")),
     ("life", include_str!("../web/life.js")),
     ("machines", include_str!("../web/machines.js")),
     ("macros", include_str!("../web/macros.js")),
     ("main", include_str!("../web/main.js")),
+    ("overheard", include_str!("../web/overheard.js")),
     ("panels", include_str!("../web/panels.js")),
     ("perform", include_str!("../web/perform.js")),
+    ("picture", include_str!("../web/picture.js")),
     ("program", include_str!("../web/program.js")),
     ("scrub", include_str!("../web/scrub.js")),
     ("sender", include_str!("../web/sender.js")),
     ("serial", include_str!("../web/serial.js")),
     ("state", include_str!("../web/state.js")),
+    ("theme", include_str!("../web/theme.js")),
     ("touch", include_str!("../web/touch.js")),
 ];
 

@@ -45,6 +45,7 @@ export class Known {
   name = "";
   alarm = "";
   message = "";
+  #isFresh = false;
   /** Why the place is not known; empty if it is. */
   doubt = "";
   /** @type {number[]} */
@@ -88,6 +89,12 @@ export class Known {
     return /^(Idle|Alarm|Check|Sleep|Tool|Hold:0|Door:[01])$/.test(this.name);
   }
 
+  /** Takes a message, which comes with a state. @param {string} words */
+  say(words) {
+    this.message = words;
+    this.#isFresh = true;
+  }
+
   /** @param {Report} report */
   take({name, fields, by}) {
     const [state, code] = name.split(":");
@@ -95,7 +102,9 @@ export class Known {
     this.name = state === "Alarm" ? state : name;
     if (state === "Alarm" && code) this.alarm = `ALARM:${code}`;
     if (state !== "Alarm") this.alarm = "";
-    if (state !== before && before) this.message = "";
+    // What came since the report before belongs to the new state.
+    if (state !== before && before && !this.#isFresh) this.message = "";
+    this.#isFresh = false;
     const places = (/** @type {string | undefined} */ list) => numbers(list).map((value) => value * this.unit);
     if (by.has("WCO")) this.offset = places(by.get("WCO"));
     if (by.has("MPos")) this.position = places(by.get("MPos"));

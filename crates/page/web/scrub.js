@@ -66,7 +66,7 @@ export class Scrub {
     /** @type {HTMLButtonElement} */ (by("scrub-end")).disabled = seconds === null;
     const place = this.place();
     const all = duration(this.#course?.seconds ?? 0);
-    const words = place ? `${duration(seconds ?? 0)} of ${all}, line ${place.line}` : `${all}: move the slider to see where the tool is when`;
+    const words = place ? `${duration(seconds ?? 0)} of ${all}, line ${place.line}` : all;
     say(by("scrub-now"), words);
     this.#slider.setAttribute("aria-valuetext", words);
     this.changed();

@@ -74,6 +74,6 @@ export class Touch {
     this.#panel.hidden = !this.#isOpen && !tool;
     by("touch-open").setAttribute("aria-expanded", String(!this.#panel.hidden));
     say(by("touch-title"), tool ? `Tool ${tool.number}${tool.words && `: ${tool.words}`}` : "Touch off");
-    by("touch-change").hidden = by("touch-resume").hidden = !tool;
+    by("touch-change").hidden = !tool;
   }
 }
