@@ -381,6 +381,8 @@ pub struct Options {
     pub parking: bool,
     /// M56 forbids and allows parking.
     pub parking_override: bool,
+    /// Lines may have parameters and expressions.
+    pub expressions: bool,
 }
 
 impl Profile {
@@ -492,6 +494,7 @@ mod tests {
             single_axis_homing = true
             parking = true
             parking_override = true
+            expressions = true
             "#,
         );
         let profile = profile.unwrap();
