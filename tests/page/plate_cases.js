@@ -212,7 +212,7 @@ export const plateCases = [
       await shoot(`touch-${name}`);
       await isFit();
       await page.locator("#view").scrollIntoViewIfNeeded();
-      await page.waitForFunction(() => /plate: Z 0\.00 to Z 0\.90/.test(document.getElementById("legend").textContent));
+      await page.waitForFunction(() => /plate: Z 0 to Z 0\.9/.test(document.getElementById("legend").textContent));
       await shoot(`map-${name}`);
     },
   })),

@@ -117,7 +117,8 @@ const frames = {
     settings.load(all);
     settingsPanel.load(settings);
     jog.measure(settings.unit);
-    job.unit = settings.unit;
+    job.unit = chart.unit = settings.unit;
+    chart.draw();
     picture.drawLegend();
     picture.show();
   },
