@@ -66,6 +66,7 @@ export const plateCases = [
       // Work zero is beside machine zero, and in inches nothing is lost.
       await say(page, "G10 L2 P1 X5 Y4 Z-1.5");
       await say(page, "G20 G91");
+      await page.waitForFunction(() => globalThis.leadscrew.state().offset[0] === 5);
       await dropAndTime(page, "job.nc", JOB);
       await page.waitForFunction(() => !document.getElementById("level").disabled);
       await page.getByRole("button", {name: "Height map…"}).click();
