@@ -10,7 +10,7 @@ use crate::moves::PlannedMove;
 use crate::path::junction::junction_v2;
 use crate::path::row::{is_gap, is_short, Row};
 use crate::path::short::Short;
-use crate::path::{Piece, Turn, When};
+use crate::path::{Piece, Turn, When, PIECES};
 use crate::real::{max, min, norm2, sqrt, worst};
 use crate::{Config, Coordinate, CornerRule, Curve, Feed, Kinematics, Move, MoveKind, Overrides};
 
@@ -104,6 +104,10 @@ where
         planned.length = length;
         planned.acceleration = 1.0 / worst(&direction, &self.limits.per_acceleration);
         planned.rate = self.rate(length, events, &direction);
+        if let Some(ease) = &self.limits.ease {
+            planned.acceleration = min(planned.acceleration, ease.acceleration);
+            planned.rate = min(planned.rate, ease.rate());
+        }
         planned.feed = match of.feed {
             Feed::Rapid => planned.rate,
             Feed::PerMinute(speed) => speed,
@@ -204,6 +208,7 @@ where
         let pixels = last.pixels.checked_add(1)?;
         let length = sqrt(norm2(&self.axes_mm(row.delta())));
         let is_gap = is_gap(of);
+        let eased = self.limits.ease.is_some();
         if is_gap && !self.takes_gap(last, length - last.length) {
             return None;
         }
@@ -214,6 +219,9 @@ where
         self.lengthen_newest(|last| {
             (last.delta, last.length, last.pixels) = (row.delta(), length, pixels);
             last.has_gaps |= is_gap;
+            if eased {
+                last.set_near(None);
+            }
         });
         self.pixels.push(pixel);
         self.row = Some(row);
@@ -365,11 +373,85 @@ where
     fn release(&mut self, turn: &Turn<AXES>) {
         let (overrides, unit) = (self.overrides, self.limits.unit);
         let (before, mut speed) = (self.nominal_before, None);
-        let (queue, axis_limits) = self.parts();
-        queue.plan(&axis_limits, |of| {
+        let eased = self.limits.ease.is_some();
+        let tangents = eased.then(|| self.tangents()).flatten();
+        let limits = &self.limits;
+        self.queue.settle(|of, rests| {
+            let turn = if rests { &Turn::REST } else { turn };
             speed = Some(begin(of, turn, unit, overrides, before));
+            if let Some(tangents) = tangents {
+                limits.keep_law(of, tangents);
+            }
         });
         self.nominal_before = speed;
+        if eased {
+            // Two turns become known with a line at most, so moves that wait catch up.
+            self.plan_next(When::Known);
+        } else {
+            let (queue, axis_limits) = self.parts();
+            queue.plan(&axis_limits, None);
+        }
+    }
+
+    /// The directions of the two moves that meet at the next turn to be known, over the acceleration
+    /// of each axis.
+    fn tangents(&self) -> Option<[[f32; AXES]; 2]> {
+        let (axis_limits, [before, next]) = (self.axis_limits(), self.queue.next_turn());
+        let next = axis_limits.tangent(next?);
+        Some([
+            before.map_or(next, |before| axis_limits.tangent(before)),
+            next,
+        ])
+    }
+
+    /// Plans one more move now.
+    pub(super) fn plan_one(&mut self) {
+        if self.limits.ease.is_none() {
+            self.settle_one(When::Now);
+            return;
+        }
+        let planned = self.queue.waiting();
+        for _ in 0..PIECES {
+            let done = self.plan_next(When::Now) || self.settle_one(When::Now).is_none();
+            if done || self.queue.waiting() > planned {
+                return;
+            }
+        }
+    }
+
+    /// Plans the next move whose turn is known, with a jerk limit. Returns whether there was one
+    /// that could be planned.
+    ///
+    /// `When::Known`: only if the path after it is known as far as it has an effect. `When::Now`:
+    /// also if the path is so long that the move can be made slow at its end and needs to know no
+    /// more. If it is shorter, the last move that is queued is made to end at rest, and all turns up
+    /// to there have to be known.
+    fn plan_next(&mut self, when: When) -> bool {
+        let Some(ease) = self.limits.ease else {
+            return false;
+        };
+        let index = self.queue.next_to_plan();
+        let Some(zones) = self.axis_limits().zones(&self.queue.path(), index) else {
+            return false;
+        };
+        let mut near = None;
+        match zones.unknown {
+            None => near = Some(self.axis_limits().near(&self.queue.path(), index, &zones)),
+            Some(_) if when == When::Known => return false,
+            Some(known) if known >= 6.0 * ease.rise() => {
+                let slow = 2.0 * (known - ease.rise()) / ease.seconds;
+                self.queue.slow_down(self.limits.unit.units(slow * slow));
+            }
+            Some(_) => {
+                self.queue.close();
+                if !self.queue.is_settled() {
+                    return false;
+                }
+            }
+        }
+        let (queue, axis_limits) = self.parts();
+        queue.plan(&axis_limits, near);
+        true
     }
 
     /// A copy of `of`, a move that waits, with the limits at its start by the path known so far.
