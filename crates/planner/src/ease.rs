@@ -5,8 +5,9 @@
 
 use crate::real::{max, min, norm2, sqrt};
 
-/// The most ways of the plan, from place to place, that are remembered.
-pub(crate) const PLACES: usize = 128;
+/// The most ways of the plan, from place to place, that are remembered: as many as the core coupled
+/// memory of a board with four motors and a record has room for.
+pub(crate) const PLACES: usize = 112;
 
 /// The longest way from place to place, units: 16 bits, less what rounding may add.
 const LONGEST_WAY: f32 = 65_000.0;

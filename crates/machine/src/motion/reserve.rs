@@ -66,9 +66,9 @@ mod tests {
             jerk: 1000.0,
             ..config()
         };
-        // The plan is averaged over 0.122 s, which leaves 61 mm/s².
+        // The plan is averaged over 0.106 s, which leaves 53 mm/s².
         let reserve = Reserve::new(&eased, SECOND);
-        assert!(!reserve.is_exceeded(2_760_000) && reserve.is_exceeded(2_770_000));
+        assert!(!reserve.is_exceeded(2_980_000) && reserve.is_exceeded(2_990_000));
     }
 
     #[test]

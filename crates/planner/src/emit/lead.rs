@@ -23,8 +23,8 @@ pub(crate) struct Lead {
     drive: Option<(Drive, Trapezoid)>,
     /// The length of that move, units.
     length: u64,
-    /// The way in it up to the newest place, units.
-    placed: u64,
+    /// The way in it up to the newest place, units, modulo 2³².
+    placed: u32,
     /// Squared speed at the end of the last move, mm²/s².
     exit_v2: f32,
     /// Whether the plan rests, because a move or a stop has ended.
@@ -70,6 +70,7 @@ impl Lead {
 
     /// The time to the end of the plan's profile, and for which the plan stands before and after it,
     /// s; the speed at that end, mm/s; the steps of the move that follow.
+    #[inline(never)]
     pub(crate) fn rest(&self, ease: &Ease) -> (f32, f32, u32) {
         let stands = match self.rests {
             true => self.ring.stands(ease),
@@ -107,6 +108,7 @@ impl Lead {
     }
 
     /// The next piece of the tool's way. `None` if neither plan nor tool moves.
+    #[inline(never)]
     pub(crate) fn next<K, const AXES: usize, const MOTORS: usize>(
         &mut self,
         planner: &mut Planner<'_, K, AXES, MOTORS>,
@@ -147,7 +149,7 @@ impl Lead {
     where
         K: Kinematics<AXES, MOTORS>,
     {
-        let (mut seconds, mut way) = (ease.between, 0u64);
+        let (mut seconds, mut way) = (ease.between, 0u32);
         self.rests = false;
         while seconds > 0.0 && !self.rests {
             if self.drive.is_none() && !self.begin(planner, ease) {
@@ -162,8 +164,8 @@ impl Lead {
                 drive.outlook = Some(outlook);
             }
             (drive.here, seconds) = profile.advance(drive.here, seconds);
-            let placed = drive.way(self.length);
-            way += placed.saturating_sub(self.placed);
+            let placed = drive.way(self.length) as u32;
+            way += placed.wrapping_sub(self.placed);
             self.placed = placed;
             if drive.here.step() < profile.end() {
                 continue;

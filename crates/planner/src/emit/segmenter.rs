@@ -86,8 +86,8 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         if self.mode == Mode::Held {
             return None;
         }
-        if let Some(ease) = planner.ease() {
-            return self.next_eased(planner, &ease);
+        if planner.is_eased() {
+            return self.next_eased(planner);
         }
         if self.is_idle() {
             let planned = planner.start_next()?;
@@ -116,15 +116,15 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
     }
 
     /// As [`Segmenter::next`], under a jerk limit: the plan goes on as far as the segment needs it.
+    #[inline(never)]
     fn next_eased<K>(
         &mut self,
         planner: &mut Planner<'_, K, AXES, MOTORS>,
-        ease: &Ease,
     ) -> Option<Segment<MOTORS>>
     where
         K: Kinematics<AXES, MOTORS>,
     {
-        let goal = self.mode.goal();
+        let (goal, ease) = (self.mode.goal(), &planner.ease()?);
         if self.is_idle() {
             if planner.front().is_none() && !self.lead.begin(planner, ease) {
                 return None;

@@ -395,6 +395,7 @@ where
 
     /// The directions of the two moves that meet at the next turn to be known, over the acceleration
     /// of each axis.
+    #[inline(never)]
     fn tangents(&self) -> Option<[[f32; AXES]; 2]> {
         let (axis_limits, [before, next]) = (self.axis_limits(), self.queue.next_turn());
         let next = axis_limits.tangent(next?);
@@ -426,6 +427,7 @@ where
     /// also if the path is so long that the move can be made slow at its end and needs to know no
     /// more. If it is shorter, the last move that is queued is made to end at rest, and all turns up
     /// to there have to be known.
+    #[inline(never)]
     fn plan_next(&mut self, when: When) -> bool {
         let Some(ease) = self.limits.ease else {
             return false;

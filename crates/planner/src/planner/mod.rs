@@ -301,6 +301,11 @@ where
         self.limits.ease
     }
 
+    /// Whether the jerk is limited.
+    pub(crate) const fn is_eased(&self) -> bool {
+        self.limits.ease.is_some()
+    }
+
     /// The move whose segments come next, if the plan has begun it.
     pub(crate) fn front(&self) -> Option<&PlannedMove<AXES, MOTORS>> {
         self.queue.front()

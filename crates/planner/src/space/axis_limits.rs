@@ -228,11 +228,43 @@ where
     }
 
     fn gain_at(&self, path: &Path<'_, AXES, MOTORS>, index: usize, v2: u32) -> Option<u32> {
-        self.zones(path, index)
-            .map(|zones| self.gain_of(&zones, v2))
+        if !self.is_eased() {
+            return None;
+        }
+        self.eased_gain(path, index, v2)
     }
 
     fn ends_at(&self, path: &Path<'_, AXES, MOTORS>, index: usize) -> Option<Ends> {
+        if !self.is_eased() {
+            return None;
+        }
+        self.eased_ends(path, index)
+    }
+
+    fn near_at(&self, path: &Path<'_, AXES, MOTORS>, index: usize) -> Option<Near> {
+        if !self.is_eased() {
+            return None;
+        }
+        let zones = self.zones_anew(path, index)?;
+        Some(self.near(path, index, &zones))
+    }
+}
+
+// Under a jerk limit. None of it is inlined, so that the rest is as quick as without it.
+impl<K, const AXES: usize, const MOTORS: usize> AxisLimits<'_, K, AXES, MOTORS>
+where
+    K: Kinematics<AXES, MOTORS>,
+{
+    /// As [`Braking::gain_at`].
+    #[inline(never)]
+    fn eased_gain(&self, path: &Path<'_, AXES, MOTORS>, index: usize, v2: u32) -> Option<u32> {
+        let zones = self.zones(path, index)?;
+        Some(self.gain_of(&zones, v2))
+    }
+
+    /// As [`Braking::ends_at`].
+    #[inline(never)]
+    fn eased_ends(&self, path: &Path<'_, AXES, MOTORS>, index: usize) -> Option<Ends> {
         let zones = self.zones(path, index)?;
         let (planned, after) = (path.at(index)?, path.at(index + 1)?);
         let unit = self.limits.unit;
@@ -244,16 +276,6 @@ where
         Some(Ends { top, gains })
     }
 
-    fn near_at(&self, path: &Path<'_, AXES, MOTORS>, index: usize) -> Option<Near> {
-        let zones = self.zones_anew(path, index)?;
-        Some(self.near(path, index, &zones))
-    }
-}
-
-impl<K, const AXES: usize, const MOTORS: usize> AxisLimits<'_, K, AXES, MOTORS>
-where
-    K: Kinematics<AXES, MOTORS>,
-{
     /// By how much the squared speed (units) can fall over a move that ends at `v2`.
     fn gain_of(&self, zones: &Zones, v2: u32) -> u32 {
         let exit_v2 = self.limits.unit.v2(v2);
@@ -276,6 +298,7 @@ where
     }
 
     /// The limits by the moves near the move at `index`, which has `zones`.
+    #[inline(never)]
     pub(crate) fn near(&self, path: &Path<'_, AXES, MOTORS>, index: usize, zones: &Zones) -> Near {
         let before = index
             .checked_sub(1)
@@ -288,6 +311,7 @@ where
     }
 
     /// As [`Self::zones`], from the moves near the move.
+    #[inline(never)]
     fn zones_anew(&self, path: &Path<'_, AXES, MOTORS>, index: usize) -> Option<Zones> {
         let ease = self.limits.ease.as_ref()?;
         Zones::new(path, index, ease, self.limits.unit, self.overrides)
@@ -299,6 +323,7 @@ where
     }
 
     /// As [`Self::course`], under a jerk limit: for the move at `index` of `path`.
+    #[inline(never)]
     pub(crate) fn eased_course(
         &self,
         path: &Path<'_, AXES, MOTORS>,

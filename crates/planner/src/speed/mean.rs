@@ -194,6 +194,7 @@ impl Mean {
 
     /// Whether more has to be known for the next segment, of `longest` seconds at most: a step, or
     /// as much time as a segment has. Nothing is known behind a rest before that is reached.
+    #[inline(never)]
     pub(crate) fn needs_more(&self, longest: f32) -> bool {
         if self.count == 0 {
             return true;
@@ -245,18 +246,21 @@ impl Mean {
     }
 
     /// The last step that is known, in this move, and the move's end at most.
+    #[inline(never)]
     pub(crate) fn end(&self) -> u32 {
         let step = (self.end_place().max(0) >> 32) as u64;
         step.min(self.events.into()) as u32
     }
 
     /// Whether the tool rests at a step.
+    #[inline(never)]
     pub(crate) fn rests_at(&self, step: u32) -> bool {
         let here = self.known().is_none_or(|last| last.to <= self.length);
         self.rests && here && self.end_place() >> 32 == i64::from(step)
     }
 
     /// Speed at the end of the known way, steps/s.
+    #[inline(never)]
     pub(crate) fn last_speed(&self) -> f32 {
         self.known()
             .map_or(0.0, |last| last.speeds[1] as f32 * self.rate)
@@ -291,6 +295,7 @@ impl Mean {
     }
 
     /// Time that the `steps` after `from` take (seconds), and the speed at their end (steps/s).
+    #[inline(never)]
     pub(crate) fn time_over(&self, from: Place, steps: f32) -> (f32, f32) {
         let begun = if from == self.here {
             self.now
@@ -303,6 +308,7 @@ impl Mean {
 
     /// The place after the time `seconds`, at most the known time; that time; and the speed there,
     /// steps/s. The place is within the step under way.
+    #[inline(never)]
     pub(crate) fn after(&self, seconds: f32) -> (Place, f32, f32) {
         let until = min(self.now + seconds, self.count as f32 * self.between);
         let index = ((until / self.between) as usize).min(self.count.saturating_sub(1));
@@ -321,6 +327,7 @@ impl Mean {
     }
 
     /// Goes on to the end of a segment.
+    #[inline(never)]
     pub(crate) fn pass(&mut self, to: Place, seconds: f32) {
         self.now = match to.is_whole() {
             true => self.time(to).0,
@@ -342,6 +349,7 @@ impl Mean {
     }
 
     /// The whole steps that are known after `from`, and the acceleration.
+    #[inline(never)]
     pub(crate) fn stretch(&self, from: u32) -> Stretch {
         let change = self.pieces().fold(0, |most: u32, piece| {
             most.max(piece.speeds[1].abs_diff(piece.speeds[0]))

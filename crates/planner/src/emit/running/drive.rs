@@ -136,7 +136,7 @@ impl Aim {
             up: course.up,
             down: course.down,
             stop: course.stop,
-            stop_after: if planner.ease().is_some() {
+            stop_after: if planner.is_eased() {
                 course.steps_after
             } else {
                 0
