@@ -11,6 +11,7 @@
 //! soon as it changes motion without a jerk limit.
 
 use super::running::drive::{Aim, Drive, Goal};
+use super::running::{Running, Timing};
 use crate::ease::Ease;
 use crate::real::sqrt;
 use crate::speed::mean::{Piece, Ring};
@@ -56,9 +57,10 @@ impl Lead {
         self.is_ahead
     }
 
-    /// Whether the plan has stood so long that the tool rests too.
-    pub(crate) const fn has_stopped(&self) -> bool {
-        self.rests && !self.is_ahead
+    /// Whether the plan moves, or has stood so shortly that the tool moves still. Without a jerk limit
+    /// it never does.
+    pub(crate) const fn is_under_way(&self) -> bool {
+        !self.rests || self.is_ahead
     }
 
     /// Makes the plan of the move under way anew.
@@ -107,9 +109,27 @@ impl Lead {
         self.drive.is_some()
     }
 
-    /// The next piece of the tool's way. `None` if neither plan nor tool moves.
+    /// Goes on as far as the next segment of `running` needs. `None` if nothing moves.
     #[inline(never)]
-    pub(crate) fn next<K, const AXES: usize, const MOTORS: usize>(
+    pub(crate) fn extend<K, const AXES: usize, const MOTORS: usize>(
+        &mut self,
+        planner: &mut Planner<'_, K, AXES, MOTORS>,
+        goal: Goal,
+        running: &mut Running<MOTORS>,
+        timing: Timing,
+    ) -> Option<()>
+    where
+        K: Kinematics<AXES, MOTORS>,
+    {
+        let ease = planner.ease()?;
+        while running.needs_more(timing) {
+            running.extend(self.next(planner, goal, &ease)?);
+        }
+        Some(())
+    }
+
+    /// The next piece of the tool's way. `None` if neither plan nor tool moves.
+    fn next<K, const AXES: usize, const MOTORS: usize>(
         &mut self,
         planner: &mut Planner<'_, K, AXES, MOTORS>,
         goal: Goal,

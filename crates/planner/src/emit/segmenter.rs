@@ -86,70 +86,54 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         if self.mode == Mode::Held {
             return None;
         }
-        if planner.is_eased() {
-            return self.next_eased(planner);
-        }
         if self.is_idle() {
-            let planned = planner.start_next()?;
-            let entry_v2 = self.last.as_ref().map_or(0.0, Running::exit_v2);
-            self.last = Some(Running::new(planned, entry_v2)?);
+            self.begin(planner)?;
         }
+        let goal = self.mode.goal();
         // A reference, because moving it out and back in would copy it for each segment.
         let running = self.last.as_mut()?;
         running.begin_pixel(|| planner.take_pixel());
         let timing = Timing::new(planner.config());
-        if let Profile::Trapezoid(profile) = &running.profile {
-            let drive = &running.drive;
-            let outlook = planner.outlook(|| drive.whereabouts(profile));
-            if drive.outlook != Some(outlook) {
-                let course = planner.course(drive.whereabouts(profile), outlook)?;
-                let aim = Aim::new(self.mode.goal(), planner, &course);
-                running.follow(drive.planned(profile, aim), timing);
-                running.drive.outlook = Some(outlook);
+        match &running.profile {
+            Profile::Trapezoid(profile) => {
+                let drive = &running.drive;
+                let outlook = planner.outlook(|| drive.whereabouts(profile));
+                if drive.outlook != Some(outlook) {
+                    let course = planner.course(drive.whereabouts(profile), outlook)?;
+                    let aim = Aim::new(goal, planner, &course);
+                    running.follow(drive.planned(profile, aim), timing);
+                    running.drive.outlook = Some(outlook);
+                }
             }
+            Profile::Mean(_) => self.lead.extend(planner, goal, running, timing)?,
         }
-        let segment = running.segment(timing, &mut self.carry, self.mode.goal());
+        // In one place, because a call would take a seventh more for each segment.
+        let segment = running.segment(timing, &mut self.carry, goal);
         if running.at_profile_end() {
             self.end_profile(planner);
         }
         Some(segment)
     }
 
-    /// As [`Segmenter::next`], under a jerk limit: the plan goes on as far as the segment needs it.
-    #[inline(never)]
-    fn next_eased<K>(
-        &mut self,
-        planner: &mut Planner<'_, K, AXES, MOTORS>,
-    ) -> Option<Segment<MOTORS>>
+    /// Begins the next move. `None` if no move is queued.
+    fn begin<K>(&mut self, planner: &mut Planner<'_, K, AXES, MOTORS>) -> Option<()>
     where
         K: Kinematics<AXES, MOTORS>,
     {
-        let (goal, ease) = (self.mode.goal(), &planner.ease()?);
-        if self.is_idle() {
-            if planner.front().is_none() && !self.lead.begin(planner, ease) {
-                return None;
+        self.last = match planner.ease() {
+            Some(ease) => {
+                if planner.front().is_none() && !self.lead.begin(planner, &ease) {
+                    return None;
+                }
+                Running::after(self.last.as_ref(), planner.front()?, &ease)
             }
-            let next = Running::after(self.last.as_ref(), planner.front()?, ease)?;
-            self.last = Some(next);
-        }
-        let running = self.last.as_mut()?;
-        running.begin_pixel(|| planner.take_pixel());
-        let timing = Timing::new(planner.config());
-        while running.needs_more(timing) {
-            let piece = self.lead.next(planner, goal, ease)?;
-            running.extend(piece);
-        }
-        let segment = running.segment(timing, &mut self.carry, goal);
-        if running.at_profile_end() {
-            let rests = running.exit_v2() <= 0.0;
-            if self.mode == Mode::Stopping && rests && self.lead.has_stopped() {
-                self.mode = Mode::Held;
+            None => {
+                let planned = planner.start_next()?;
+                let entry_v2 = self.last.as_ref().map_or(0.0, Running::exit_v2);
+                Running::new(planned, entry_v2)
             }
-            if running.at_end() {
-                planner.retire();
-            }
-        }
-        Some(segment)
+        };
+        self.last.is_some().then_some(())
     }
 
     /// Begins a feed hold: from the end of the segments handed out, the shortest stop on the path
@@ -250,11 +234,15 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         let Some(running) = &mut self.last else {
             return;
         };
-        if self.mode == Mode::Stopping && running.exit_v2() <= 0.0 {
+        let rests = running.exit_v2() <= 0.0 && !self.lead.is_under_way();
+        if self.mode == Mode::Stopping && rests {
             self.mode = Mode::Held;
         }
         if running.at_end() {
-            planner.finish();
+            match running.profile {
+                Profile::Trapezoid(_) => planner.finish(),
+                Profile::Mean(_) => planner.retire(),
+            }
         } else {
             running.drive.outlook = None;
         }
