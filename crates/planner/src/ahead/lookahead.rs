@@ -337,14 +337,19 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         }
     }
 
-    /// Plans the first move that is not planned yet; its turn is known. `near`: its limits by the
-    /// moves near it, if they have been found already.
-    pub(crate) fn plan(&mut self, braking: &impl Braking<AXES, MOTORS>, near: Option<Near>) {
+    /// As [`LookAhead::plan`], with a jerk limit. `near`: the limits of the move by the moves near
+    /// it, if they have been found already.
+    pub(crate) fn plan_near(&mut self, braking: &impl Braking<AXES, MOTORS>, near: Option<Near>) {
+        let near = near.or_else(|| braking.near_at(&self.path(), self.planned));
+        self.keep_near(self.planned, near);
+        self.plan(braking);
+    }
+
+    /// Plans the first move that is not planned yet; its turn is known.
+    pub(crate) fn plan(&mut self, braking: &impl Braking<AXES, MOTORS>) {
         if self.planned >= self.settled {
             return;
         }
-        let near = near.or_else(|| braking.near_at(&self.path(), self.planned));
-        self.keep_near(self.planned, near);
         if let Some(open) = self.planned.checked_sub(1) {
             self.fold(open, braking);
         }

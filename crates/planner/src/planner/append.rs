@@ -371,11 +371,25 @@ where
 
     /// Plans the first move that waits, with the turn at its start.
     fn release(&mut self, turn: &Turn<AXES>) {
+        if self.is_eased() {
+            return self.release_eased(turn);
+        }
         let (overrides, unit) = (self.overrides, self.limits.unit);
         let (before, mut speed) = (self.nominal_before, None);
-        let eased = self.limits.ease.is_some();
-        let tangents = eased.then(|| self.tangents()).flatten();
-        let limits = &self.limits;
+        self.queue
+            .settle(|of, _| speed = Some(begin(of, turn, unit, overrides, before)));
+        self.nominal_before = speed;
+        let (queue, axis_limits) = self.parts();
+        queue.plan(&axis_limits);
+    }
+
+    /// As [`Self::release`], with a jerk limit: the move is planned once enough of the path after it
+    /// is known.
+    #[inline(never)]
+    fn release_eased(&mut self, turn: &Turn<AXES>) {
+        let (overrides, unit) = (self.overrides, self.limits.unit);
+        let (before, mut speed) = (self.nominal_before, None);
+        let (tangents, limits) = (self.tangents(), &self.limits);
         self.queue.settle(|of, rests| {
             let turn = if rests { &Turn::REST } else { turn };
             speed = Some(begin(of, turn, unit, overrides, before));
@@ -384,13 +398,8 @@ where
             }
         });
         self.nominal_before = speed;
-        if eased {
-            // Two turns become known with a line at most, so moves that wait catch up.
-            self.plan_next(When::Known);
-        } else {
-            let (queue, axis_limits) = self.parts();
-            queue.plan(&axis_limits, None);
-        }
+        // Two turns become known with a line at most, so moves that wait catch up.
+        self.plan_next(When::Known);
     }
 
     /// The directions of the two moves that meet at the next turn to be known, over the acceleration
@@ -452,7 +461,7 @@ where
             }
         }
         let (queue, axis_limits) = self.parts();
-        queue.plan(&axis_limits, near);
+        queue.plan_near(&axis_limits, near);
         true
     }
 
