@@ -113,15 +113,18 @@ pub(crate) trait Braking<const AXES: usize, const MOTORS: usize> {
     /// whatever the overrides.
     fn ends(&self, planned: &PlannedMove<AXES, MOTORS>, after: &PlannedMove<AXES, MOTORS>) -> Ends;
 
-    /// As [`Braking::gain`] for the move at `index` of `path`, with the limits of the moves near it.
-    /// `None` without a jerk limit.
-    fn gain_at(&self, path: &Path<'_, AXES, MOTORS>, index: usize, v2: u32) -> Option<u32>;
+    /// Whether the jerk is limited. Then the methods below are asked, and not those above.
+    fn is_eased(&self) -> bool;
 
-    /// As [`Braking::ends`] for the move at `index`; `None` without a jerk limit.
-    fn ends_at(&self, path: &Path<'_, AXES, MOTORS>, index: usize) -> Option<Ends>;
+    /// As [`Braking::gain`] for the move at `index` of `path`, with the limits of the moves near it;
+    /// `None` if its turn is not known.
+    fn eased_gain(&self, path: &Path<'_, AXES, MOTORS>, index: usize, v2: u32) -> Option<u32>;
 
-    /// The limits of the move at `index` by the moves near it; `None` without a jerk limit.
-    fn near_at(&self, path: &Path<'_, AXES, MOTORS>, index: usize) -> Option<Near>;
+    /// As [`Braking::ends`] for the move at `index` of `path`, with the limits of the moves near it.
+    fn eased_ends(&self, path: &Path<'_, AXES, MOTORS>, index: usize) -> Ends;
+
+    /// The limits of the move at `index` of `path` by the moves near it.
+    fn near(&self, path: &Path<'_, AXES, MOTORS>, index: usize) -> Option<Near>;
 }
 
 /// The limits of a move by the moves near it, with a jerk limit.
@@ -338,9 +341,8 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
     }
 
     /// As [`LookAhead::plan`], with a jerk limit. `near`: the limits of the move by the moves near
-    /// it, if they have been found already.
-    pub(crate) fn plan_near(&mut self, braking: &impl Braking<AXES, MOTORS>, near: Option<Near>) {
-        let near = near.or_else(|| braking.near_at(&self.path(), self.planned));
+    /// it.
+    pub(crate) fn plan_near(&mut self, braking: &impl Braking<AXES, MOTORS>, near: Near) {
         self.keep_near(self.planned, near);
         self.plan(braking);
     }
@@ -358,8 +360,8 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
     }
 
     /// Bounds the speed at the start of the move at `index` by the moves near it, with a jerk limit.
-    fn keep_near(&mut self, index: usize, near: Option<Near>) {
-        if let Some((near, of)) = near.zip(self.moves.get_mut(index)) {
+    fn keep_near(&mut self, index: usize, near: Near) {
+        if let Some(of) = self.moves.get_mut(index) {
             of.cap = of.cap.min(near.start);
             of.set_near(near.kept);
         }
@@ -370,8 +372,11 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         let (Some(of), Some(after)) = (self.moves.get(index), self.moves.get(index + 1)) else {
             return;
         };
-        let ends = braking.ends_at(&self.path(), index);
-        let map = Map::new(of.cap, ends.unwrap_or_else(|| braking.ends(of, after)));
+        let ends = match braking.is_eased() {
+            true => braking.eased_ends(&self.path(), index),
+            false => braking.ends(of, after),
+        };
+        let map = Map::new(of.cap, ends);
         let number = self.number(index);
         let begins = number & self.mask() == 0;
         let at = self.block_at(self.block_of(number));
@@ -483,16 +488,20 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         let Some(from) = self.renewed else { return };
         let into = usize::from(self.number(from) & self.mask());
         let most = most.min((1 << self.block_bits) - into);
-        let to = (from + most).min(self.moves.storage_len());
+        let (to, eased) = (
+            (from + most).min(self.moves.storage_len()),
+            braking.is_eased(),
+        );
         for index in from..to {
             let before = index.checked_sub(1).and_then(|index| self.moves.get(index));
             let cap = self.moves.get(index).map_or(0, |of| cap(before, of));
             if let Some(of) = self.moves.get_mut(index) {
                 of.cap = cap;
             }
-            if index < self.planned {
-                let near = braking.near_at(&self.path(), index);
-                self.keep_near(index, near);
+            if eased && index < self.planned {
+                if let Some(near) = braking.near(&self.path(), index) {
+                    self.keep_near(index, near);
+                }
             }
             if index + 1 < self.planned {
                 self.fold(index, braking);
@@ -568,11 +577,17 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
         open: usize,
         braking: &impl Braking<AXES, MOTORS>,
     ) -> Reach {
-        let at = braking.gain_at(&self.path(), open, 0);
+        let eased = match braking.is_eased() {
+            true => Some(self.eased_gain(open, 0, braking)),
+            false => None,
+        };
         let Some(last) = self.moves.get_mut(open) else {
             return Reach::default();
         };
-        let gain = at.unwrap_or_else(|| braking.gain(last, None, 0));
+        let gain = match eased {
+            Some(gain) => gain,
+            None => braking.gain(last, None, 0),
+        };
         let mut reach = Reach::bounded(gain.into(), last.cap, true);
         (last.entry, last.bound_by_end) = (reach.v2, reach.bound_by_end);
         if near == open {
@@ -614,15 +629,16 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
         after: Reach,
         braking: &impl Braking<AXES, MOTORS>,
     ) {
-        let known = self.known(self.walked);
+        let (known, eased) = (self.known(self.walked), braking.is_eased());
         let mut reach = after;
         for index in (next..near).rev() {
             let Some(of) = self.moves.get(index) else {
                 return;
             };
-            let gain = braking
-                .gain_at(&self.path(), index, reach.v2)
-                .unwrap_or_else(|| braking.gain(of, self.moves.get(index + 1), reach.v2));
+            let gain = match eased {
+                true => self.eased_gain(index, reach.v2, braking),
+                false => braking.gain(of, self.moves.get(index + 1), reach.v2),
+            };
             reach = Reach::bounded(
                 u64::from(reach.v2) + u64::from(gain),
                 of.cap,
@@ -637,6 +653,12 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
             }
             (of.entry, of.bound_by_end) = (reach.v2, reach.bound_by_end);
         }
+    }
+
+    /// As [`Braking::eased_gain`] for the planned move at `index`.
+    #[inline(never)]
+    fn eased_gain(&self, index: usize, v2: u32, braking: &impl Braking<AXES, MOTORS>) -> u32 {
+        braking.eased_gain(&self.path(), index, v2).unwrap_or(0)
     }
 
     /// Whether the speed at the start of a block was found the last time.

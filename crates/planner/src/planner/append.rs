@@ -387,6 +387,14 @@ where
     /// is known.
     #[inline(never)]
     fn release_eased(&mut self, turn: &Turn<AXES>) {
+        self.begin_eased(turn);
+        // Two turns become known with a line at most, so moves that wait catch up.
+        self.plan_next(When::Known);
+    }
+
+    /// Sets the limits at the start of the first move that waits, with a jerk limit.
+    #[inline(never)]
+    fn begin_eased(&mut self, turn: &Turn<AXES>) {
         let (overrides, unit) = (self.overrides, self.limits.unit);
         let (before, mut speed) = (self.nominal_before, None);
         let (tangents, limits) = (self.tangents(), &self.limits);
@@ -398,8 +406,6 @@ where
             }
         });
         self.nominal_before = speed;
-        // Two turns become known with a line at most, so moves that wait catch up.
-        self.plan_next(When::Known);
     }
 
     /// The directions of the two moves that meet at the next turn to be known, over the acceleration
@@ -416,16 +422,28 @@ where
 
     /// Plans one more move now.
     pub(super) fn plan_one(&mut self) {
-        if self.limits.ease.is_none() {
+        if self.is_eased() {
+            self.plan_one_eased(PIECES);
+        } else {
             self.settle_one(When::Now);
+        }
+    }
+
+    /// As [`Self::plan_one`], with a jerk limit. If turns have to be known first, `most` of them
+    /// become known at most.
+    #[inline(never)]
+    pub(super) fn plan_one_eased(&mut self, most: u32) {
+        if self.plan_next(When::Now) {
             return;
         }
-        let planned = self.queue.waiting();
-        for _ in 0..PIECES {
-            let done = self.plan_next(When::Now) || self.settle_one(When::Now).is_none();
-            if done || self.queue.waiting() > planned {
-                return;
-            }
+        for _ in 0..most {
+            let window = self.window.as_mut();
+            let turn = window.and_then(|window| window.settle(&self.limits, When::Now));
+            let Some(turn) = turn else { break };
+            self.begin_eased(&turn);
+        }
+        if most > 1 {
+            self.plan_next(When::Now);
         }
     }
 
@@ -442,16 +460,16 @@ where
             return false;
         };
         let index = self.queue.next_to_plan();
-        let Some(zones) = self.axis_limits().zones(&self.queue.path(), index) else {
+        let Some(mut zones) = self.axis_limits().zones(&self.queue.path(), index) else {
             return false;
         };
-        let mut near = None;
         match zones.unknown {
-            None => near = Some(self.axis_limits().near(&self.queue.path(), index, &zones)),
+            None => (),
             Some(_) if when == When::Known => return false,
             Some(known) if known >= 6.0 * ease.rise() => {
                 let slow = 2.0 * (known - ease.rise()) / ease.seconds;
                 self.queue.slow_down(self.limits.unit.units(slow * slow));
+                zones.end_at(slow, &ease);
             }
             Some(_) => {
                 self.queue.close();
@@ -460,6 +478,9 @@ where
                 }
             }
         }
+        let near = self
+            .axis_limits()
+            .near_by(&self.queue.path(), index, &zones);
         let (queue, axis_limits) = self.parts();
         queue.plan_near(&axis_limits, near);
         true

@@ -330,20 +330,29 @@ where
     /// would soon slow down because later moves wait for their curvature, some of these are planned
     /// now. `at` answers the state of the running move.
     pub(crate) fn outlook(&mut self, at: impl FnOnce() -> Whereabouts) -> Outlook {
-        /// The most moves that are planned in one call.
-        const MOST: usize = 4;
         self.find();
         if self.needs_more() && self.too_many_wait() && self.slows_down_soon(at()) {
-            for _ in 0..MOST {
-                if self.too_many_wait() {
-                    self.plan_one();
-                }
-            }
+            self.plan_some();
             self.find();
         }
         Outlook {
             exit: self.queue.exit_limit(),
             revision: self.revision,
+        }
+    }
+
+    /// Plans some of the moves that wait. With a jerk limit a move depends on many others, so that
+    /// it takes long.
+    fn plan_some(&mut self) {
+        /// The most moves that are planned in one call.
+        const MOST: usize = 4;
+        if self.is_eased() {
+            return self.plan_one_eased(1);
+        }
+        for _ in 0..MOST {
+            if self.too_many_wait() {
+                self.plan_one();
+            }
         }
     }
 

@@ -8,7 +8,7 @@ use crate::config::{Limits, Scales};
 use crate::moves::PlannedMove;
 use crate::real::{max, min};
 use crate::space::polygon::{cap, common, Piece, Rise};
-use crate::space::zones::Zones;
+use crate::space::zones::{kept_entry, Zones};
 use crate::{Kinematics, Overrides};
 
 /// The share of the possible braking that the look-ahead counts on. The rest is room for the
@@ -227,26 +227,48 @@ where
         }
     }
 
-    fn gain_at(&self, path: &Path<'_, AXES, MOTORS>, index: usize, v2: u32) -> Option<u32> {
-        if !self.is_eased() {
-            return None;
-        }
-        self.eased_gain(path, index, v2)
+    fn is_eased(&self) -> bool {
+        self.limits.ease.is_some()
     }
 
-    fn ends_at(&self, path: &Path<'_, AXES, MOTORS>, index: usize) -> Option<Ends> {
-        if !self.is_eased() {
-            return None;
-        }
-        self.eased_ends(path, index)
+    #[inline(never)]
+    fn eased_gain(&self, path: &Path<'_, AXES, MOTORS>, index: usize, v2: u32) -> Option<u32> {
+        let exit_v2 = self.limits.unit.v2(v2);
+        let kept = kept_entry(path.at(index)?, exit_v2, GAIN_MARGIN);
+        let entry_v2 = match kept {
+            Some(entry_v2) => entry_v2,
+            None => self.zones(path, index)?.entry(0, exit_v2, GAIN_MARGIN),
+        };
+        Some(self.gained(exit_v2, entry_v2))
     }
 
-    fn near_at(&self, path: &Path<'_, AXES, MOTORS>, index: usize) -> Option<Near> {
-        if !self.is_eased() {
-            return None;
-        }
+    #[inline(never)]
+    fn eased_ends(&self, path: &Path<'_, AXES, MOTORS>, index: usize) -> Ends {
+        let ends = || {
+            let zones = self.zones(path, index)?;
+            let (planned, after) = (path.at(index)?, path.at(index + 1)?);
+            let unit = self.limits.unit;
+            let v2 = min(planned.top_v2(), after.top_v2());
+            // Above the limits at the ends of the move, the end would be faster than the start.
+            let v2 = min(v2, min(zones.start_v2(), zones.end_v2()));
+            let top = unit.units(v2).min(after.corner).min(planned.corner);
+            let gains = [0, top].map(|top| {
+                let exit_v2 = unit.v2(top);
+                self.gained(exit_v2, zones.entry(0, exit_v2, GAIN_MARGIN))
+            });
+            Some(Ends { top, gains })
+        };
+        // Such moves are planned only.
+        ends().unwrap_or(Ends {
+            top: 0,
+            gains: [0; 2],
+        })
+    }
+
+    #[inline(never)]
+    fn near(&self, path: &Path<'_, AXES, MOTORS>, index: usize) -> Option<Near> {
         let zones = self.zones_anew(path, index)?;
-        Some(self.near(path, index, &zones))
+        Some(self.near_by(path, index, &zones))
     }
 }
 
@@ -255,39 +277,10 @@ impl<K, const AXES: usize, const MOTORS: usize> AxisLimits<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
-    /// As [`Braking::gain_at`].
-    #[inline(never)]
-    fn eased_gain(&self, path: &Path<'_, AXES, MOTORS>, index: usize, v2: u32) -> Option<u32> {
-        let zones = self.zones(path, index)?;
-        Some(self.gain_of(&zones, v2))
-    }
-
-    /// As [`Braking::ends_at`].
-    #[inline(never)]
-    fn eased_ends(&self, path: &Path<'_, AXES, MOTORS>, index: usize) -> Option<Ends> {
-        let zones = self.zones(path, index)?;
-        let (planned, after) = (path.at(index)?, path.at(index + 1)?);
-        let unit = self.limits.unit;
-        let v2 = min(planned.top_v2(), after.top_v2());
-        // Above the limits at the ends of the move, the end would be faster than the start.
-        let v2 = min(v2, min(zones.start_v2(), zones.end_v2()));
-        let top = unit.units(v2).min(after.corner).min(planned.corner);
-        let gains = [0, top].map(|v2| self.gain_of(&zones, v2));
-        Some(Ends { top, gains })
-    }
-
-    /// By how much the squared speed (units) can fall over a move that ends at `v2`.
-    fn gain_of(&self, zones: &Zones, v2: u32) -> u32 {
-        let exit_v2 = self.limits.unit.v2(v2);
-        let entry_v2 = zones.entry(0, exit_v2, GAIN_MARGIN);
-        self.limits
-            .unit
-            .units(max(entry_v2 - exit_v2, 0.0) * GAIN_MARGIN)
-    }
-
-    /// Whether the jerk is limited.
-    const fn is_eased(&self) -> bool {
-        self.limits.ease.is_some()
+    /// By how much the squared speed falls from `entry_v2` to `exit_v2` (mm²/s²), units.
+    fn gained(&self, exit_v2: f32, entry_v2: f32) -> u32 {
+        let gain = max(entry_v2 - exit_v2, 0.0) * GAIN_MARGIN;
+        self.limits.unit.units(gain)
     }
 
     /// The limits along the move at `index` under a jerk limit; `None` without one.
@@ -299,14 +292,19 @@ where
 
     /// The limits by the moves near the move at `index`, which has `zones`.
     #[inline(never)]
-    pub(crate) fn near(&self, path: &Path<'_, AXES, MOTORS>, index: usize, zones: &Zones) -> Near {
+    pub(crate) fn near_by(
+        &self,
+        path: &Path<'_, AXES, MOTORS>,
+        index: usize,
+        zones: &Zones,
+    ) -> Near {
         let before = index
             .checked_sub(1)
             .and_then(|index| self.zones(path, index));
         let end_v2 = before.map_or(f32::INFINITY, |before| before.end_v2());
         Near {
             start: self.limits.unit.units(min(zones.start_v2(), end_v2)),
-            kept: zones.kept(),
+            kept: self.limits.ease.as_ref().and_then(|ease| zones.kept(ease)),
         }
     }
 

@@ -134,12 +134,16 @@ pub(crate) struct Part {
     pub(crate) law: Law,
 }
 
-/// The limits along a move: at each end one zone for the slowest place near it, and one for all
-/// others.
+/// The limits along a move: those all along it, and at each end one zone for the slowest place near
+/// it, and one for all others.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Zones {
     events: u32,
     per_mm: f32,
+    /// The move's own acceleration, mm/s².
+    own: f32,
+    /// What holds all along the move.
+    top_v2: f32,
     law: Law,
     /// At the start and at the end.
     ends: [[Zone; 2]; 2],
@@ -147,6 +151,9 @@ pub(crate) struct Zones {
     /// what is known, mm.
     pub(crate) unknown: Option<f32>,
 }
+
+/// A move is short if the way that the plan goes in half of the time is as many times as long.
+const SHORT: f32 = 8.0;
 
 /// The ends of a move, as indices.
 const START: usize = 0;
@@ -174,19 +181,7 @@ impl Zones {
     ) -> Option<Self> {
         let of = path.at(index)?;
         let speed = nominal(overrides, of);
-        let law = Law::straight(of.acceleration);
-        let none = Zone {
-            steps: 0,
-            top_v2: f32::INFINITY,
-            law,
-        };
-        let mut zones = Self {
-            events: of.events(),
-            per_mm: of.steps_per_mm(),
-            law,
-            ends: [[none; 2]; 2],
-            unknown: None,
-        };
+        let mut zones = Self::straight(of);
         let reach = of.reach + path.at(index + 1).map_or(0.0, |after| after.reach);
         let all = if 2.0 * reach >= of.length {
             of.length
@@ -210,34 +205,59 @@ impl Zones {
         planned: &PlannedMove<AXES, MOTORS>,
     ) -> Option<Self> {
         let ([b, q], top_v2) = planned.near()?;
-        let (events, law) = (planned.events(), Law::straight(planned.acceleration));
+        let zones = Self::straight(planned);
+        Some(Self {
+            top_v2,
+            law: Law { b, q, ..zones.law },
+            ..zones
+        })
+    }
+
+    /// No limits but those of a straight path.
+    fn straight<const AXES: usize, const MOTORS: usize>(
+        planned: &PlannedMove<AXES, MOTORS>,
+    ) -> Self {
+        let law = Law::straight(planned.acceleration);
         let none = Zone {
             steps: 0,
             top_v2: f32::INFINITY,
             law,
         };
-        let all = Zone {
-            steps: events,
-            top_v2,
-            law: Law { b, q, ..law },
-        };
-        Some(Self {
-            events,
+        Self {
+            events: planned.events(),
             per_mm: planned.steps_per_mm(),
+            own: planned.acceleration,
+            top_v2: f32::INFINITY,
             law,
-            ends: [[all, none], [none; 2]],
+            ends: [[none; 2]; 2],
             unknown: None,
-        })
+        }
     }
 
-    /// The law and the highest squared speed (mm²/s²), if they are the same all along the move, and
+    /// The law and the highest squared speed (mm²/s²), if they can be kept all along the move, and
     /// the law is the same with the move's own acceleration.
-    pub(crate) fn kept(&self) -> Option<([f32; 2], f32)> {
+    ///
+    /// They are the same all along, or the move is so short beside the ways of its zones that it
+    /// takes no longer with the least of them.
+    pub(crate) fn kept(&self, ease: &Ease) -> Option<([f32; 2], f32)> {
         let Part {
-            to, top_v2, law, ..
+            top_v2, law, to, ..
         } = self.after(0);
-        let own = law.a >= self.law.a || law.q * law.a >= 1.0;
-        (own && to == self.events).then_some(([law.b, law.q], top_v2))
+        let whole = self.part(0, self.events);
+        let length = self.events as f32 / self.per_mm;
+        let is_short = || SHORT * length < ease.half(sqrt(whole.top_v2));
+        let (law, top_v2) = match to == self.events {
+            true => (law, top_v2),
+            false if is_short() => (whole.law, whole.top_v2),
+            false => return None,
+        };
+        let own = law.a >= self.own || law.q * law.a >= 1.0;
+        own.then_some(([law.b, law.q], top_v2))
+    }
+
+    /// Adds a slow place at the end of the move: the plan goes no faster than `v` (mm/s) there.
+    pub(crate) fn end_at(&mut self, v: f32, ease: &Ease) {
+        self.add(END, ease.half(v), v * v, Law::straight(self.own));
     }
 
     /// Looks for slow places from one end of the move at `index` outwards.
@@ -248,36 +268,38 @@ impl Zones {
         index: usize,
         near: &Near<'_>,
     ) {
-        let (ease, own) = (near.ease, self.law.a);
+        let (ease, own) = (near.ease, self.own);
         let mut walk = Walk {
             way: ease.half(near.speed),
             slowest: near.speed,
             passed: 0.0,
         };
         let mut at = index;
+        // The move that begins at the border.
+        let mut border = path.at(if end == START { at } else { at + 1 });
         loop {
-            // The border, and the move behind it.
-            let (border, beyond) = match end {
-                START => (path.at(at), at.checked_sub(1).and_then(|at| path.at(at))),
-                _ => (path.at(at + 1), path.at(at + 1)),
-            };
-            let Some(border) = border else {
+            let Some(next) = border else {
                 if !path.ends() {
                     self.unknown = Some(walk.passed);
                 }
                 return;
             };
-            if border.corner < u32::MAX || border.reach > 0.0 {
-                let [b, q] = border.law();
-                let v2 = near.unit.v2(border.corner);
+            if next.corner < u32::MAX || next.reach > 0.0 {
+                let [b, q] = next.law();
+                let v2 = near.unit.v2(next.corner);
                 let least = if at == index { near.all } else { 0.0 };
-                let turn = match border.is_straight() {
+                let turn = match next.is_straight() {
                     true => 0.0,
-                    false => max(0.5 * border.reach, least),
+                    false => max(0.5 * next.reach, least),
                 };
                 let way = walk.to(sqrt(v2), turn, ease);
                 self.add(end, way, v2, Law { a: own, q, b });
             }
+            // The move behind the border.
+            let beyond = match end {
+                START => at.checked_sub(1).and_then(|at| path.at(at)),
+                _ => border,
+            };
             let Some(beyond) = beyond.filter(|_| walk.way > 0.0) else {
                 return;
             };
@@ -290,7 +312,10 @@ impl Zones {
             if walk.is_over(ease) {
                 return;
             }
-            at = if end == START { at - 1 } else { at + 1 };
+            (at, border) = match end {
+                START => (at - 1, Some(beyond)),
+                _ => (at + 1, path.at(at + 2)),
+            };
         }
     }
 
@@ -299,13 +324,13 @@ impl Zones {
         if way <= 0.0 {
             return;
         }
-        let steps = way * self.per_mm;
-        let whole = steps as u32;
-        let mut zone = Zone {
-            steps: whole.saturating_add(1).min(self.events),
-            top_v2,
-            law,
-        };
+        let steps = ((way * self.per_mm) as u32).saturating_add(1);
+        if steps >= self.events {
+            self.top_v2 = min(self.top_v2, top_v2);
+            self.law = self.law.and(law);
+            return;
+        }
+        let mut zone = Zone { steps, top_v2, law };
         let Some([slowest, others]) = self.ends.get_mut(end) else {
             return;
         };
@@ -353,7 +378,7 @@ impl Zones {
 
     fn part(&self, from: u32, to: u32) -> Part {
         let [start, end] = &self.ends;
-        let (mut top_v2, mut law) = (f32::INFINITY, self.law);
+        let (mut top_v2, mut law) = (self.top_v2, self.law);
         let starts = start.iter().filter(|zone| zone.steps > from);
         let ends = end.iter().filter(|zone| self.events - zone.steps < to);
         for zone in starts.chain(ends) {
@@ -376,8 +401,7 @@ impl Zones {
             let mut part = self.before(to);
             part.from = part.from.max(from);
             let length = (to - part.from) as f32 / self.per_mm;
-            v2 = min(v2, part.top_v2);
-            v2 = min(v2 + part.law.gain(v2, length) * share, part.top_v2);
+            v2 = entry(part.law, part.top_v2, length, v2, share);
             to = part.from;
         }
         v2
@@ -394,6 +418,28 @@ impl Zones {
     pub(crate) fn end_v2(&self) -> f32 {
         self.before(self.events).top_v2
     }
+}
+
+/// The highest squared speed at the start of `length` mm with one law, with which they can end at
+/// `exit_v2` or slower.
+fn entry(law: Law, top_v2: f32, length: f32, exit_v2: f32, share: f32) -> f32 {
+    let v2 = min(exit_v2, top_v2);
+    min(v2 + law.gain(v2, length) * share, top_v2)
+}
+
+/// As [`Zones::entry`] for a whole move whose limits are kept with it; `None` for others.
+pub(crate) fn kept_entry<const AXES: usize, const MOTORS: usize>(
+    planned: &PlannedMove<AXES, MOTORS>,
+    exit_v2: f32,
+    share: f32,
+) -> Option<f32> {
+    let ([b, q], top_v2) = planned.near()?;
+    let law = Law {
+        a: planned.acceleration,
+        q,
+        b,
+    };
+    Some(entry(law, top_v2, planned.length, exit_v2, share))
 }
 
 /// The search for slow places from one end of a move outwards.

@@ -47,7 +47,11 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
         let mut found = None;
         for index in (from..end).rev() {
             let of = self.moves.get(index)?;
-            v2 = v2.saturating_add(braking.gain(of, self.moves.get(index + 1), v2));
+            let gain = match braking.is_eased() {
+                true => self.eased_gain(index, v2, braking),
+                false => braking.gain(of, self.moves.get(index + 1), v2),
+            };
+            v2 = v2.saturating_add(gain);
             if v2 >= of.cap {
                 v2 = of.cap;
                 found = Some(of);
@@ -113,8 +117,10 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
                 *place = (of, v2);
             }
             if let Some(of) = of.as_ref().filter(|_| index < known) {
-                let near = braking.gain_at(&self.path(), index, v2);
-                let gain = near.unwrap_or_else(|| braking.gain(of, after.as_ref(), v2));
+                let eased = braking.is_eased();
+                let eased = eased.then(|| braking.eased_gain(&self.path(), index, v2));
+                let gain = eased.flatten();
+                let gain = gain.unwrap_or_else(|| braking.gain(of, after.as_ref(), v2));
                 v2 = v2.saturating_add(gain).min(of.cap);
             }
             after = of;
