@@ -340,18 +340,35 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         }
     }
 
-    /// As [`LookAhead::plan`], with a jerk limit. `near`: the limits of the move by the moves near
-    /// it.
+    /// Plans the first move that is not planned yet, with a jerk limit. `near`: the limits of the
+    /// move by the moves near it.
+    #[inline(never)]
     pub(crate) fn plan_near(&mut self, braking: &impl Braking<AXES, MOTORS>, near: Near) {
-        self.keep_near(self.planned, near);
+        if self.planned < self.settled {
+            self.keep_near(self.planned, near);
+            self.plan(braking);
+        }
+    }
+
+    /// Without a jerk limit: the turn at the start of one more move is known, and the move is planned.
+    /// `begin` sets the limits there.
+    #[inline(always)] // two calls would take 35 more instructions for each line
+    pub(crate) fn plan_settled(
+        &mut self,
+        braking: &impl Braking<AXES, MOTORS>,
+        begin: impl FnOnce(&mut PlannedMove<AXES, MOTORS>),
+    ) {
+        let Some(of) = self.moves.get_mut(self.planned) else {
+            return;
+        };
+        begin(of);
+        self.settled = self.planned + 1;
         self.plan(braking);
     }
 
     /// Plans the first move that is not planned yet; its turn is known.
-    pub(crate) fn plan(&mut self, braking: &impl Braking<AXES, MOTORS>) {
-        if self.planned >= self.settled {
-            return;
-        }
+    #[inline(always)]
+    fn plan(&mut self, braking: &impl Braking<AXES, MOTORS>) {
         if let Some(open) = self.planned.checked_sub(1) {
             self.fold(open, braking);
         }

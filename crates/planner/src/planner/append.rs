@@ -370,17 +370,18 @@ where
     }
 
     /// Plans the first move that waits, with the turn at its start.
+    #[inline(always)] // a call would take 20 more instructions for each line
     fn release(&mut self, turn: &Turn<AXES>) {
         if self.is_eased() {
             return self.release_eased(turn);
         }
         let (overrides, unit) = (self.overrides, self.limits.unit);
         let (before, mut speed) = (self.nominal_before, None);
-        self.queue
-            .settle(|of, _| speed = Some(begin(of, turn, unit, overrides, before)));
-        self.nominal_before = speed;
         let (queue, axis_limits) = self.parts();
-        queue.plan(&axis_limits);
+        queue.plan_settled(&axis_limits, |of| {
+            speed = Some(begin(of, turn, unit, overrides, before));
+        });
+        self.nominal_before = speed;
     }
 
     /// As [`Self::release`], with a jerk limit: the move is planned once enough of the path after it
