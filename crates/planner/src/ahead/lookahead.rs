@@ -390,7 +390,7 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
             return;
         };
         let ends = match braking.is_eased() {
-            true => braking.eased_ends(&self.path(), index),
+            true => self.eased_ends(index, braking),
             false => braking.ends(of, after),
         };
         let map = Map::new(of.cap, ends);
@@ -676,6 +676,12 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
     #[inline(never)]
     fn eased_gain(&self, index: usize, v2: u32, braking: &impl Braking<AXES, MOTORS>) -> u32 {
         braking.eased_gain(&self.path(), index, v2).unwrap_or(0)
+    }
+
+    /// As [`Braking::eased_ends`] for the planned move at `index`.
+    #[inline(never)]
+    fn eased_ends(&self, index: usize, braking: &impl Braking<AXES, MOTORS>) -> Ends {
+        braking.eased_ends(&self.path(), index)
     }
 
     /// Whether the speed at the start of a block was found the last time.

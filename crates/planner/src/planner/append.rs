@@ -287,6 +287,7 @@ where
         self.last = Some(direction);
         self.begin_row(of, delta);
         self.release(&Turn::corner(v2));
+        self.plan_known();
     }
 
     /// Makes a short move by `delta` steps part of the last queued move, if that is short too and
@@ -358,22 +359,23 @@ where
             if self.settle_one(When::Known).is_none() {
                 return;
             }
+            self.plan_known();
         }
     }
 
-    /// Plans the first move that waits, with the turn at its start. `None` if the move goes on
-    /// waiting.
+    /// The turn at the start of the first move that waits becomes known. Without a jerk limit the
+    /// move is planned. `None` if the move goes on waiting.
     pub(super) fn settle_one(&mut self, when: When) -> Option<()> {
         let turn = self.window.as_mut()?.settle(&self.limits, when)?;
         self.release(&turn);
         Some(())
     }
 
-    /// Plans the first move that waits, with the turn at its start.
+    /// As [`Self::settle_one`], for the turn given.
     #[inline(always)] // a call would take 20 more instructions for each line
     fn release(&mut self, turn: &Turn<AXES>) {
         if self.is_eased() {
-            return self.release_eased(turn);
+            return self.begin_eased(turn);
         }
         let (overrides, unit) = (self.overrides, self.limits.unit);
         let (before, mut speed) = (self.nominal_before, None);
@@ -384,13 +386,12 @@ where
         self.nominal_before = speed;
     }
 
-    /// As [`Self::release`], with a jerk limit: the move is planned once enough of the path after it
-    /// is known.
-    #[inline(never)]
-    fn release_eased(&mut self, turn: &Turn<AXES>) {
-        self.begin_eased(turn);
-        // Two turns become known with a line at most, so moves that wait catch up.
-        self.plan_next(When::Known);
+    /// With a jerk limit a turn has become known: plans the next move if enough of the path after it
+    /// is known. Two turns become known with a line at most, so moves that wait catch up.
+    fn plan_known(&mut self) {
+        if self.is_eased() {
+            self.plan_next(When::Known);
+        }
     }
 
     /// Sets the limits at the start of the first move that waits, with a jerk limit.
@@ -438,10 +439,9 @@ where
             return;
         }
         for _ in 0..most {
-            let window = self.window.as_mut();
-            let turn = window.and_then(|window| window.settle(&self.limits, When::Now));
-            let Some(turn) = turn else { break };
-            self.begin_eased(&turn);
+            if self.settle_one(When::Now).is_none() {
+                break;
+            }
         }
         if most > 1 {
             self.plan_next(When::Now);
