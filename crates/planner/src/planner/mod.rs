@@ -278,7 +278,7 @@ where
     }
 
     pub(crate) fn start_next(&mut self) -> Option<&PlannedMove<AXES, MOTORS>> {
-        if self.queue.waiting() == 0 {
+        if self.queue.waiting() == 0 && self.queue.is_unplanned() {
             self.plan_one();
         }
         self.queue.start_next();
