@@ -24,6 +24,8 @@ pub(crate) struct Lead {
     drive: Option<(Drive, Trapezoid)>,
     /// The length of that move, units.
     length: u64,
+    /// The length of one of its steps, in 2⁻³² units.
+    per_step: u64,
     /// The way in it up to the newest place, units, modulo 2³².
     placed: u32,
     /// Squared speed at the end of the last move, mm²/s².
@@ -43,6 +45,7 @@ impl Lead {
         Self {
             drive: None,
             length: 0,
+            per_step: 0,
             placed: 0,
             exit_v2: 0.0,
             rests: true,
@@ -104,7 +107,11 @@ impl Lead {
             let profile = drive.begun(next.rate, self.exit_v2);
             (drive, profile)
         });
-        self.length = next.map_or(0, |next| ease.units(next.length));
+        let (length, events) = next.map_or((0, 1), |next| {
+            (ease.units(next.length), u64::from(next.events()))
+        });
+        let (whole, rest) = (length / events, length % events);
+        (self.length, self.per_step) = (length, (whole << 32) + (rest << 32) / events);
         self.placed = 0;
         self.drive.is_some()
     }
@@ -184,7 +191,7 @@ impl Lead {
                 drive.outlook = Some(outlook);
             }
             (drive.here, seconds) = profile.advance(drive.here, seconds);
-            let placed = drive.way(self.length) as u32;
+            let placed = drive.way(self.length, self.per_step) as u32;
             way += placed.wrapping_sub(self.placed);
             self.placed = placed;
             if drive.here.step() < profile.end() {

@@ -221,6 +221,7 @@ impl Mean {
     }
 
     /// The place in the move for a way, 2⁻³² steps; negative before the move's start.
+    #[inline(never)]
     fn place(&self, way: i64) -> i64 {
         let magnitude = (u128::from(way.unsigned_abs()) * u128::from(self.scale)) >> 32;
         let magnitude = magnitude.min(i64::MAX as u128) as i64;
@@ -367,15 +368,17 @@ impl Mean {
     }
 }
 
-/// 2⁶⁴ times `events` over `length`, rounded down. Most lengths have 32 bits: two divisions, as on
-/// paper, then take a quarter of the time of the long one.
+/// 2⁶⁴ times `events` over `length`, which is more, rounded down: bit by bit, which takes a quarter of
+/// the time of a division of 128 bits.
 fn scale(events: u32, length: u64) -> u64 {
-    let events = u64::from(events);
-    if length > u64::from(u32::MAX) {
-        return ((u128::from(events) << 64) / u128::from(length)) as u64;
+    let (mut rest, mut scale) = (u64::from(events), 0);
+    for _ in 0..u64::BITS {
+        (rest, scale) = (rest << 1, scale << 1);
+        if rest >= length {
+            (rest, scale) = (rest - length, scale | 1);
+        }
     }
-    let (high, rest) = ((events << 32) / length, (events << 32) % length);
-    (high << 32) | (rest << 32) / length
+    scale
 }
 
 const TWO_32: f32 = 4_294_967_296.0;

@@ -81,13 +81,14 @@ impl Drive {
         v2 / (self.steps_per_mm * self.steps_per_mm)
     }
 
-    /// The way from the move's start, in a unit of which the move has `length`.
-    pub(crate) fn way(&self, length: u64) -> u64 {
+    /// The way from the move's start, in a unit of which the move has `length`; a step has
+    /// `per_step`, in units of 2⁻³², rounded down.
+    pub(crate) fn way(&self, length: u64, per_step: u64) -> u64 {
         if self.at_end() {
             return length;
         }
-        let way = u128::from(self.here.units()) * u128::from(length);
-        ((way / u128::from(self.events)) >> 32) as u64
+        let way = u128::from(self.here.units()) * u128::from(per_step);
+        (way >> 64) as u64
     }
 }
 
