@@ -125,7 +125,7 @@ struct Trial<'a> {
     wires: Wires,
     line: usize,
     levels: [bool; PINS.len()],
-    /// Where the carriages stood when the machine was found locked.
+    /// The carriages' places when the machine was found locked.
     locked_at: Option<[i32; 3]>,
     /// The banners that had been heard at the last check: each shows a reset. A reset and an alarm
     /// drop the planned moves. The end of a jog may do so, too, since the jog may be cancelled.

@@ -24,7 +24,7 @@ const BRAKING: f64 = 0.2;
 struct Sight {
     /// Lines answered.
     answered: usize,
-    /// Where the X carriage is, steps.
+    /// The X carriage's place, steps.
     x: i32,
 }
 

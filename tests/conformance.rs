@@ -69,7 +69,7 @@ fn said(exchanges: &[Exchange]) -> Vec<&str> {
         .collect()
 }
 
-/// Whether a line is as expected. Lines with positions may differ by one unit of the last decimal;
+/// True if a line is as expected. Lines with positions may differ by one unit of the last decimal;
 /// all other lines must be the same to the byte.
 fn agrees(expected: &str, found: &str) -> bool {
     const POSITIONS: [&str; 10] = [
@@ -95,7 +95,7 @@ fn parts(line: &str) -> Vec<&str> {
     line.split([':', ',', '[', ']']).collect()
 }
 
-/// Whether two numbers of 3 or 4 decimals differ by at most one unit of the last decimal.
+/// Returns true if two numbers of 3 or 4 decimals differ by at most one unit of the last decimal.
 fn is_near(expected: &str, found: &str) -> bool {
     let units = |number: &str| {
         let (_, places) = number.split_once('.')?;
@@ -191,7 +191,7 @@ fn a_conversation_is_judged_to_differ_where_a_row_says_so_and_nowhere_else() {
         let told = judge(&case, &replay(&case).unwrap());
         match &told {
             None => {
-                // A difference in the fields of a report does not count where they depend on time.
+                // A difference in the fields of a report does not count if they depend on time.
                 let timing = case.other["timing"] == true;
                 assert!(differing.is_empty() || timing, "{name}");
             }

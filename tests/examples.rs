@@ -20,7 +20,7 @@ const SECONDS: [(&str, f64); 10] = [
     ("spiral.nc", 37.75),
 ];
 
-/// How far a job time may be off: 1 %.
+/// The most by which a job time may be off: 1 %.
 const TOLERANCE: f64 = 0.01;
 
 fn folder() -> PathBuf {

@@ -57,7 +57,7 @@ impl Event {
         }
     }
 
-    /// Whether two events may stand in one row.
+    /// Returns true if two events may stand in one row.
     fn goes_with(&self, other: &Self) -> bool {
         self.negative == other.negative && self.power == other.power
     }

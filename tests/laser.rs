@@ -447,7 +447,7 @@ proptest! {
                 continue;
             }
             let due = f64::from(power) / 1000.0 / 80.0 / (f64::from(feed) / 60.0) * HZ;
-            // The power changes a little after a step. That matters only where steps are fast and
+            // The power changes a little after a step. That matters only if steps are fast and
             // have one power each.
             let energy = if interval > SLOW {
                 burnt_between(&run.powers, pair[0].cycle, pair[1].cycle)

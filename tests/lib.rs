@@ -90,7 +90,7 @@ pub enum Signal {
 /// The electrical levels of all step and direction pins, one bit for each motor.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Pins {
-    /// Whether a pulse begins; otherwise one ends.
+    /// True if a pulse begins; otherwise one ends.
     pub pulse: bool,
     /// Step pins that are high.
     pub step: u8,
@@ -282,7 +282,7 @@ impl<'a, K: Kinematics<N, N> + Clone, const N: usize> Session<'a, K, N> {
         self.desk.0[line].leaves = true;
     }
 
-    /// Whether bytes still wait to be sent on a line.
+    /// Returns true if bytes still wait to be sent on a line.
     pub fn is_sending(&self, line: usize) -> bool {
         !self.desk.0[line].to_send.is_empty()
     }

@@ -222,7 +222,7 @@ proptest! {
     }
 }
 
-/// How much longer an outline takes with some `$11` than with a lower one, at most: 1 where it
+/// How much longer an outline takes with some `$11` than with a lower one, at most: 1 if it
 /// never takes longer.
 fn growth(of: &Outline) -> f64 {
     let (mut fastest, mut growth) = (f64::INFINITY, 1f64);

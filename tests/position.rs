@@ -52,7 +52,7 @@ struct Arc {
     /// 1 to 4.
     quarters: u8,
     z: Option<i32>,
-    /// Whether to write the radius instead of the centre; not for whole circles.
+    /// True if to write the radius instead of the centre; not for whole circles.
     by_radius: bool,
 }
 

@@ -10,7 +10,7 @@ use leadscrew_machine::protocol::status::Status;
 use leadscrew_machine::settings::group::Group;
 use leadscrew_machine::settings::table::{AxisSetting, Kind, Row, Setting};
 use leadscrew_planner::Cartesian;
-use leadscrew_sim::own::{Own, OwnPins};
+use leadscrew_sim::own::{extension, Own, OwnPins};
 use leadscrew_sim::profile::Profile;
 use leadscrew_sim::Memory;
 use leadscrew_tests::{setup, Session};
@@ -34,7 +34,7 @@ most_mm = 20
 /// All extensions, as the simulator composes them.
 fn extensions() -> Own<3> {
     let profile = Profile::parse(Path::new("all.toml"), EVERYTHING).unwrap();
-    profile.extension(profile.outputs.config(), None, OwnPins::default())
+    extension(&profile, profile.outputs.config(), None, OwnPins::default())
 }
 
 /// Number, text and explanation of each code, by rising number.

@@ -133,7 +133,7 @@ impl Bench {
         }
     }
 
-    /// Within reach, or just beyond it where soft limits are to say so.
+    /// Within reach, or just beyond it if soft limits are to say so.
     fn assert_within_reach(&self, target: &[Coordinate; AXES]) {
         for (target, reach) in target.iter().zip(&self.reach) {
             let farthest = reach.nanos().unsigned_abs() + u64::from(self.soft_limits);

@@ -5,7 +5,7 @@
 //!  move_planned  -->  planned moves, oldest first  --+--> segment_taken: a move begins, dark or lit
 //! ```
 //!
-//! The result is not used where the power leads the motion (`$703`), or a spindle turns.
+//! The result is not used if the power leads the motion (`$703`), or a spindle turns.
 
 use leadscrew_machine::explain::PlannedMove;
 use leadscrew_planner::MoveKind;
@@ -26,7 +26,7 @@ struct Planned {
 #[derive(Debug, Default)]
 pub(super) struct Light {
     planned: VecDeque<Planned>,
-    /// How many planned moves there were at the end of the previous turn, less the moves that have
+    /// The number of planned moves at the end of the previous turn, less the moves that have
     /// begun since.
     planned_before: usize,
     /// The move of the program that began last. The machine may run it, or the rest of it, again.
@@ -83,7 +83,7 @@ impl Light {
     }
 }
 
-/// Whether a line of `rest` steps may be the remaining part of a line of `all` steps: its motors
+/// True if a line of `rest` steps may be the remaining part of a line of `all` steps: its motors
 /// have the same ratios, to the nearest step.
 fn is_rest(rest: &[u32], all: &[u32]) -> bool {
     let events = |line: &[u32]| i64::from(line.iter().copied().max().unwrap_or(0));
@@ -94,7 +94,7 @@ fn is_rest(rest: &[u32], all: &[u32]) -> bool {
     })
 }
 
-/// Whether a laser may burn in motion of this kind. Grbl lets it burn in a jog, too.
+/// Returns true if a laser may burn in motion of this kind. Grbl lets it burn in a jog, too.
 fn burns(kind: MoveKind) -> bool {
     match kind {
         MoveKind::Feed | MoveKind::Jog => true,

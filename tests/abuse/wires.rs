@@ -36,7 +36,7 @@ impl Wire {
         std::str::from_utf8(&self.heard[begin..]).expect("text")
     }
 
-    /// How many lines were answered.
+    /// The number of lines that were answered.
     fn answers(&self) -> usize {
         let lines = self.heard_since(0).lines();
         let is_answer = |line: &&str| *line == "ok" || line.starts_with("error:");
@@ -60,7 +60,7 @@ impl Wire {
 pub(super) struct Wires(pub(super) [Wire; LINES]);
 
 impl Wires {
-    /// Whether a line was sent that stops the spindle until the next move: `$H`, `$30=` or `$31=`,
+    /// True if a line was sent that stops the spindle until the next move: `$H`, `$30=` or `$31=`,
     /// in any spelling.
     pub(super) fn stop_the_spindle(&self) -> bool {
         let lines = |wire: &Wire| {

@@ -39,9 +39,9 @@ struct Watch {
 #[derive(Clone, Copy, Debug)]
 struct Rest {
     since: Cycle,
-    /// How many events there were before the rest.
+    /// The number of events before the rest.
     before: usize,
-    /// How often the spindle has changed since then.
+    /// The number of times that the spindle has changed since then.
     changes: usize,
 }
 

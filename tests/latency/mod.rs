@@ -18,7 +18,7 @@ const ACTS: u64 = 1_000;
 /// The time within which a report must be answered, µs.
 const ANSWERS: u64 = 5_000;
 
-/// The state that must follow a byte; `None` where the state stays.
+/// The state that must follow a byte; `None` if the state stays.
 fn becomes(state: State, byte: u8) -> Option<fn(State) -> bool> {
     let hold: fn(State) -> bool = |state| matches!(state, State::Hold(_));
     let door: fn(State) -> bool = |state| matches!(state, State::Door(_));
@@ -70,7 +70,7 @@ fn commands_of_the_operator_change_the_state_within_a_millisecond_in_every_situa
     }
 }
 
-/// Whether `after` is the state at the end of the deceleration of `before`.
+/// Returns true if `after` is the state at the end of the deceleration of `before`.
 fn is_end(before: State, after: State) -> bool {
     before
         .stopped()

@@ -19,7 +19,7 @@ const SETTINGS: &str =
 pub(super) struct Situation {
     pub(super) name: &'static str,
     bytes: &'static [u8],
-    /// How long the machine takes to get there, µs.
+    /// The time that the machine takes to get there, µs.
     wait: u64,
     is_there: fn(&Desk<'_>) -> bool,
 }

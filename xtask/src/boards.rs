@@ -63,7 +63,7 @@ pub(crate) fn run() -> Result<(), Failure> {
 /// The document that says how much flash the first board takes, and how it says so.
 const DOCUMENT: &str = "docs/embedding.md";
 const FLASH: &str = "\nFlash: ";
-/// How far the document may be off, KB.
+/// The most by which the document may be off, KB.
 const DOCUMENT_OFF: u64 = 7;
 
 /// Bytes of flash that a program takes: code and constants, and the first values of variables.

@@ -18,7 +18,7 @@ pub(crate) struct Budget {
     pub(crate) program: String,
     /// The region of that program.
     pub(crate) region: usize,
-    /// The number of step events in a sample; 1 where the count is for the whole sample.
+    /// The number of step events in a sample; 1 if the count is for the whole sample.
     per: f64,
     /// The highest mean allowed.
     mean: f64,
@@ -89,7 +89,7 @@ impl Budget {
         })
     }
 
-    /// The mean and the largest count, per step event where the budget is for step events.
+    /// The mean and the largest count, per step event if the budget is for step events.
     fn figures(&self, count: &Count) -> (f64, f64) {
         let mean = count.sum as f64 / count.samples as f64;
         (mean / self.per, count.largest as f64 / self.per)

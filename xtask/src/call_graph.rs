@@ -54,7 +54,7 @@ impl CallGraph {
         CallGraph(functions)
     }
 
-    /// Whether the program has a function of this name.
+    /// Returns true if the program has a function of this name.
     pub(crate) fn contains(&self, symbol: &str) -> bool {
         self.0.contains_key(symbol)
     }
@@ -165,7 +165,7 @@ fn mentioned_symbol(instruction: &str) -> Option<&str> {
     Some(name.rsplit_once("+0x").map_or(name, |(symbol, _)| symbol))
 }
 
-/// Whether an instruction jumps to an address that is computed. Returns (`bx lr`) and jump tables
+/// True if an instruction jumps to an address that is computed. Returns (`bx lr`) and jump tables
 /// inside a function (`tbb`, `tbh`) are not calls.
 fn is_computed_call(instruction: &str) -> bool {
     let mut words = instruction.split_whitespace();

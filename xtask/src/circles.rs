@@ -20,7 +20,7 @@ type Module = Vec<String>;
 /// A path that a file names, from the root of its crate.
 struct Import {
     path: Module,
-    /// Whether it is a `pub use`: its last name can be found in the file's module, too.
+    /// True if it is a `pub use`: its last name can be found in the file's module, too.
     is_public: bool,
 }
 
@@ -162,7 +162,7 @@ fn absolute(path: &str, own: &Module) -> Option<Module> {
     Some(base)
 }
 
-/// The file that a path leads to, by way of `pub use` where necessary.
+/// The file that a path leads to, by way of `pub use` if necessary.
 fn file_of(path: &[String], files: &Files, depth: usize) -> Option<Module> {
     let length = (0..=path.len())
         .rev()

@@ -53,11 +53,11 @@ struct Request {
     board: Option<String>,
     /// A machine's file.
     machine: Option<String>,
-    /// Whether to build an image without pins, which reads its board from a record.
+    /// True if to build an image without pins, which reads its board from a record.
     record: bool,
     /// The number of motors of such an image; its record says how they move the axes.
     motors: Option<String>,
-    /// Whether to flash the firmware and show its log.
+    /// True if to flash the firmware and show its log.
     flashes: bool,
     /// The rest, for `cargo build`.
     others: Vec<String>,
@@ -151,7 +151,7 @@ pub(crate) const MACHINE: &str = "LEADSCREW_MACHINE";
 /// The variable that asks for an image which reads its board from a record.
 pub(crate) const RECORD: &str = "LEADSCREW_RECORD";
 
-/// The variable that says how many motors such an image has, where the record says how they move
+/// The variable that says how many motors such an image has, if the record says how they move
 /// the axes.
 pub(crate) const MOTORS: &str = "LEADSCREW_MOTORS";
 
@@ -202,7 +202,7 @@ pub(crate) fn build_with(
     Ok(toolchain::firmware_dir().join("board-f407"))
 }
 
-/// Whether an image has to fit a chip of 512 KiB with all boards and machines of a record in it:
+/// True if an image has to fit a chip of 512 KiB with all boards and machines of a record in it:
 /// one that reads its board from a record. That for four motors is too long for such chips anyway.
 fn has_to_be_small(variables: &[(&str, &str)]) -> bool {
     let given = |name: &str| {

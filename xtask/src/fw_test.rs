@@ -168,7 +168,7 @@ fn how(build: &Build) -> Result<String, Failure> {
     ))
 }
 
-/// Whether an image was built in this way, from sources that have not changed since.
+/// Returns true if an image was built in this way, from sources that have not changed since.
 fn is_current(kept: &Path, stamp: &Path, how: &str) -> bool {
     let Ok(text) = fs::read_to_string(stamp) else {
         return false;

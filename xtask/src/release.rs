@@ -43,7 +43,7 @@ const BEHIND_48: (&str, &str) = (fw::BOARD, "robin-nano-v3");
 /// The argument that asks for the comparison.
 const TWICE: &str = "--twice";
 
-/// Makes the files of the named images, or of all images where none is named. With `--twice` among
+/// Makes the files of the named images, or of all images if none is named. With `--twice` among
 /// the names, compares them with the files of a copy.
 pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     let asked = |word: &&String| word.as_str() == TWICE;

@@ -176,7 +176,7 @@ fn forbidden_in_a_step(symbol: &str) -> Option<&'static str> {
     }
 }
 
-/// Whether a symbol is a 64-bit division: a name of the run-time ABI for the Arm architecture (IHI
+/// True if a symbol is a 64-bit division: a name of the run-time ABI for the Arm architecture (IHI
 /// 0043) section 4.2, GCC's name for the same routine, or the function of `compiler_builtins`
 /// behind them.
 fn is_long_division(symbol: &str) -> bool {
@@ -193,7 +193,7 @@ fn is_long_division(symbol: &str) -> bool {
     NAMES.contains(&symbol) || symbol.contains("u64_div_rem")
 }
 
-/// Whether a symbol is arithmetic, comparison or conversion of doubles: a name of the run-time ABI
+/// True if a symbol is arithmetic, comparison or conversion of doubles: a name of the run-time ABI
 /// for the Arm architecture (IHI 0043) section 4.1, or GCC's name, which has `df` (double float) in
 /// it: `__muldf3`, `__extendsfdf2`, `__floatsidf`.
 fn is_software_double(symbol: &str) -> bool {

@@ -148,7 +148,7 @@ impl Toolchain {
 
 /// Writes the description that `rustc` has of [`TARGET`], but without frame pointers, and returns
 /// the path of this file. A frame pointer takes a register in every function. No option of the
-/// compiler removes frame pointers where its description of a target asks for them.
+/// compiler removes frame pointers if its description of a target asks for them.
 fn without_frame_pointers(rustc: &str) -> Result<PathBuf, Failure> {
     let mut query = Command::new(rustc);
     query
@@ -216,7 +216,7 @@ fn sysroot(rustc: &str) -> Option<PathBuf> {
     Some(PathBuf::from(path.trim()))
 }
 
-/// The linker that rustup ships with its compiler. Where it is missing, as with Debian's compiler,
+/// The linker that rustup ships with its compiler. If it is missing, as with Debian's compiler,
 /// the GNU linker, or LLVM's for a browser.
 fn find_linker(target: &str) -> PathBuf {
     let other = match target {

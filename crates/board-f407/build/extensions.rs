@@ -2,12 +2,12 @@
 use crate::machine::number;
 use leadscrew_boards::Board;
 use leadscrew_heat::{HeatConfig, Sensor};
-use leadscrew_sim::profile::Profile;
+use leadscrew_machine_file::Profile;
 
 /// Bytes of lines that are kept during a tool change: as many as a serial line's buffer takes.
 const KEPT: usize = 1024;
 
-/// The reference voltage of a board's converter where its file does not say, V.
+/// The reference voltage of a board's converter if its file does not say, V.
 const REFERENCE: f32 = 3.3;
 
 /// An extension, as the firmware compiles it.
@@ -66,7 +66,7 @@ pub(crate) fn nested(extensions: &[Extension]) -> (String, String) {
     }
 }
 
-/// Heaters and a fan. The `Debug` text of a configuration is its source text where the names are in
+/// Heaters and a fan. The `Debug` text of a configuration is its source text if the names are in
 /// scope.
 fn heat(profile: &Profile, board: &Board) -> Option<Extension> {
     const NAMES: &str = "Gates, Heat, HeatConfig, HeaterConfig, Limits, Sensor::*";

@@ -1,8 +1,8 @@
 //! The module of a machine that has a file: its axes, its first settings, its options.
 use crate::extensions::{self, Extension};
 use leadscrew_machine::config::{AxisKind, MachineConfig};
+use leadscrew_machine_file::{Belts, Profile};
 use leadscrew_planner::Train;
-use leadscrew_sim::profile::{Belts, Profile};
 
 /// The most axes that a file describes. The configuration is made for all of them; the module has
 /// the machine's own.

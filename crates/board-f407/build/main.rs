@@ -10,7 +10,7 @@ mod extensions;
 mod machine;
 
 use leadscrew_boards::{Board, BOARDS};
-use leadscrew_sim::profile::Profile;
+use leadscrew_machine_file::Profile;
 use std::{
     env,
     error::Error,
@@ -63,8 +63,8 @@ fn write(module: &str, memory: &str) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Builds an image that reads its board from a record. It has four motors where `LEADSCREW_MOTORS`
-/// asks for them (`cargo fw --record --motors 4`), or where the board's file moves its axes by other
+/// Builds an image that reads its board from a record. It has four motors if `LEADSCREW_MOTORS`
+/// asks for them (`cargo fw --record --motors 4`), or if the board's file moves its axes by other
 /// than three motors. Otherwise only the start of the board's file counts.
 fn for_record(board: &Board, has_machine: bool) -> Result<(), Box<dyn Error>> {
     if has_machine || !board.captures().is_empty() {
@@ -102,7 +102,7 @@ impl Machine {
 }
 
 /// The board that was asked for, or else the one that the machine's file names, or else the
-/// Discovery. An error where its file has a mistake.
+/// Discovery. An error if its file has a mistake.
 fn board(machine: Option<&Machine>) -> Result<Board, Box<dyn Error>> {
     let (asked, folder) = match (env::var("LEADSCREW_BOARD"), machine) {
         (Ok(asked), _) => (asked, Path::new("")),

@@ -55,7 +55,7 @@ impl F407 {
         self.locked = why;
     }
 
-    /// Whether the loader is to start now. Main loop.
+    /// Returns true if the loader is to start now. Main loop.
     pub(crate) fn wants_loader(&self, now: Instant) -> bool {
         self.loader.is_some_and(|due| due <= now)
     }

@@ -158,7 +158,7 @@ impl Part {
         Told { part: self, first }
     }
 
-    /// Whether an edge was lost: it came before DMA had taken the one before, or found the memory
+    /// True if an edge was lost: it came before DMA had taken the one before, or found the memory
     /// full.
     fn has_lost(&self) -> bool {
         let flags = tick_timer().sr().read();
@@ -233,7 +233,7 @@ fn whole(call: &Call, letter: Letter, most: usize) -> Result<usize, Status> {
     (value <= most).then_some(value).ok_or(Status::OutOfRange)
 }
 
-/// The wires of `M120`, a bit each; an error where one stream would take the requests of two of
+/// The wires of `M120`, a bit each; an error if one stream would take the requests of two of
 /// them.
 fn wires(call: &Call) -> Result<usize, Status> {
     let wires = whole(call, Letter::P, (1 << CAPTURES.len()) - 1)?;

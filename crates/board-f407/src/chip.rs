@@ -34,7 +34,7 @@ pub(crate) enum Bank {
 }
 
 impl Bank {
-    /// The port of a number, 0 for A to 6 for G; G where it is larger.
+    /// The port of a number, 0 for A to 6 for G; G if it is larger.
     pub(crate) const fn numbered(number: u8) -> Self {
         match number {
             0 => Self::A,

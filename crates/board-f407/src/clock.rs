@@ -56,7 +56,7 @@ impl fmt::Display for Source {
     }
 }
 
-/// Sets the clocks up: CPU 168 MHz, APB1 42 MHz, APB2 84 MHz, USB 48 MHz. Where the crystal does
+/// Sets the clocks up: CPU 168 MHz, APB1 42 MHz, APB2 84 MHz, USB 48 MHz. If the crystal does
 /// not start, the internal oscillator is the source.
 pub(crate) fn start(rcc: RCC, power: &PWR) -> (Rcc, Source) {
     use_internal_oscillator(&rcc);
@@ -245,7 +245,7 @@ pub(crate) fn take_alarms() -> bool {
     flags.cc2if().bit()
 }
 
-/// Whether the main loop is to run once more.
+/// True if the main loop is to run once more.
 static AWAKE: AtomicBool = AtomicBool::new(true);
 
 /// Makes the main loop run once more. Any context: all contexts run on one core, where only the

@@ -11,7 +11,7 @@
 //! Code is fetched over the instruction bus below 0x20000000 only, and SRAM1 is there once SYSCFG
 //! says so (RM0090 sections 2.3.1 and 9.2.1). Data that a tick reads must not be in SRAM1 as well:
 //! fetch and data would wait for each other. `memory/fast.x` places code and data. `cargo xtask
-//! thumb` fails where a step interrupt reaches code in the flash.
+//! thumb` fails if a step interrupt reaches code in the flash.
 #![allow(unsafe_code)] // memory that the linker has laid out
 use core::ptr::{addr_of, addr_of_mut};
 use cortex_m::{asm, peripheral::SCB};
@@ -119,7 +119,7 @@ pub(crate) fn entries(settings: &'static [Setting]) -> &'static [Entry] {
     }
 }
 
-/// Where the image begins.
+/// The first address of the image.
 #[cfg(record)]
 pub(crate) fn start() -> usize {
     addr_of!(__vector_table) as usize

@@ -256,13 +256,13 @@ mod app {
         cx.local.listener.listen();
     }
 
-    /// Something can be sent, where the line is on USART2.
+    /// Something can be sent, if the line is on USART2.
     #[task(binds = DMA1_STREAM6, priority = 13, shared = [sender])]
     fn send_2(mut cx: send_2::Context) {
         cx.shared.sender.lock(Sender::send);
     }
 
-    /// Something can be sent, where the line is on USART1.
+    /// Something can be sent, if the line is on USART1.
     #[task(binds = DMA2_STREAM7, priority = 13, shared = [sender])]
     fn send_1(mut cx: send_1::Context) {
         cx.shared.sender.lock(Sender::send);

@@ -108,7 +108,7 @@ impl Pin {
     }
 
     /// Makes the pin an output of this level, without any other level in between. Before the
-    /// interrupts are on, or where nothing else runs any more.
+    /// interrupts are on, or if nothing else runs any more.
     pub(crate) fn make_output(self, high: bool) {
         self.set(high);
         self.set_mode(Mode::Output);
@@ -186,7 +186,7 @@ impl Output {
         self.pin.set(on == self.active_high);
     }
 
-    /// Whether the load is switched on. Any context.
+    /// Returns true if the load is switched on. Any context.
     #[cfg(outputs)]
     pub(crate) fn is_on(self) -> bool {
         self.pin.is_high() == self.active_high
@@ -198,7 +198,7 @@ impl Output {
 pub(crate) struct Input {
     pub(crate) pin: Pin,
     pub(crate) pull: Pull,
-    /// Whether the machine is told the other level: for a button that makes its pin high when
+    /// True if the machine is told the other level: for a button that makes its pin high when
     /// pressed.
     pub(crate) inverted: bool,
 }

@@ -144,7 +144,7 @@ pub(crate) fn off_during<T>(work: impl FnOnce() -> T, is_shut: impl FnOnce() -> 
 }
 
 impl Channel {
-    /// Sets the power at once. Step interrupt; main loop at rest; switch interrupts where steps are
+    /// Sets the power at once. Step interrupt; main loop at rest; switch interrupts when steps are
     /// stopped.
     #[inline]
     pub(crate) fn set(&self, power: Power) {

@@ -109,7 +109,7 @@ impl Note {
     }
 }
 
-/// Where the program ended, for people: nothing for other reasons than a panic or a fault.
+/// The program's end, for people: nothing for other reasons than a panic or a fault.
 pub(crate) struct Place(Reason);
 
 impl fmt::Display for Place {
@@ -133,7 +133,7 @@ impl fmt::Display for Place {
 }
 
 impl Reason {
-    /// Where the program ended, if that is known. Not before [`reason`].
+    /// The program's end, if that is known. Not before [`reason`].
     pub(crate) fn place(self) -> Option<Place> {
         matches!(self, Self::Panic | Self::Fault).then_some(Place(self))
     }

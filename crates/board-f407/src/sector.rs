@@ -12,7 +12,7 @@ impl Sector {
         Self(number)
     }
 
-    /// The sector that begins at an address; the last one where none does.
+    /// The sector that begins at an address; the last one if none does.
     #[cfg(record)]
     pub(crate) fn at(address: usize) -> Self {
         let number = (0..12).find(|number| Self(*number).address() == address);

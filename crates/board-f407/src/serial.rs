@@ -32,7 +32,7 @@ fn line() -> Usart {
     profile::usart()
 }
 
-/// Whether the line is on USART1. `enable` takes it from the record.
+/// True if the line is on USART1. `enable` takes it from the record.
 #[cfg(record)]
 static ON_USART1: AtomicBool = AtomicBool::new(false);
 
@@ -263,7 +263,7 @@ static WAITING: [AtomicU8; SENDING_RING] = [const { AtomicU8::new(0) }; SENDING_
 static WRITTEN: AtomicUsize = AtomicUsize::new(0);
 /// The number of these bytes that have been sent, modulo 2³². Written by the interrupt.
 static SENT: AtomicUsize = AtomicUsize::new(0);
-/// Whether the main loop has more bytes than there was room for, and wants to be woken.
+/// True if the main loop has more bytes than there was room for, and wants to be woken.
 static MORE: AtomicBool = AtomicBool::new(false);
 
 /// The stream that sends: of DMA1 for USART2, of DMA2 for USART1 (RM0090 tables 43 and 44).

@@ -3,7 +3,7 @@
 //! The CPU stands still while the flash is written, since its program is there. A word takes 16 µs,
 //! 100 µs at most (data sheet, table 40); the longest record takes less than 2 ms. Bytes that
 //! arrive meanwhile wait in the ring that DMA fills ([`crate::serial`]). Erasing a small sector
-//! takes half a second. A sector is erased at start-up where that is needed, also on a new chip.
+//! takes half a second. A sector is erased at start-up if that is needed, also on a new chip.
 //! Later a sector is erased only after both sectors have been filled.
 use crate::{
     profile, pwm,

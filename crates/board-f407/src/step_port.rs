@@ -52,25 +52,25 @@ use wired as ports;
 #[cfg(windings)]
 pub(crate) use windings::energise;
 
-/// The interrupt of TIM11: the main loop pends it where there is something to start, or new tables
+/// The interrupt of TIM11: the main loop pends it if there is something to start, or new tables
 /// to follow.
 pub(crate) const PULSE_END_INTERRUPT: Interrupt = Interrupt::TIM1_TRG_COM_TIM11;
 
 /// Counts of TIM11, which is on APB2, in a microsecond.
 const PULSE_MICROSECOND: u32 = 2 * APB1_TIMER_HZ / 1_000_000;
 
-/// Whether the tables are new, so that the pins have to follow.
+/// True if the tables are new, so that the pins have to follow.
 static REWIRED: AtomicBool = AtomicBool::new(false);
 /// Counts of TIM11 that a pulse lasts.
 static PULSE: AtomicU32 = AtomicU32::new(10 * PULSE_MICROSECOND);
 
 placed! { ".bss.ccm.negative";
-    /// The motors that turn the negative way: set by the tick that begins a line, written where no
+    /// The motors that turn the negative way: set by the tick that begins a line, written when no
     /// step pin is high, and again whenever a pulse ends.
     static NEGATIVE: AtomicU8 = AtomicU8::new(0);
 }
 placed! { ".bss.ccm.ticking";
-    /// Whether a tick is armed, or at work. If not, the end of a pulse may use the data of ticks.
+    /// True if a tick is armed, or at work. If not, the end of a pulse may use the data of ticks.
     static TICKING: AtomicBool = AtomicBool::new(false);
 }
 
@@ -87,7 +87,7 @@ pub(crate) fn configure(port: &PortConfig) {
 /// by more than an instruction.
 const MISSED: u32 = 8_400;
 
-/// Whether an instant has come. An instant that is less than half the timer's range (25 s) ahead is
+/// True if an instant has come. An instant that is less than half the timer's range (25 s) ahead is
 /// in the future.
 #[inline(always)]
 fn has_come(instant: u32, now: u32) -> bool {
@@ -107,7 +107,7 @@ pub(crate) fn start(_: TIM2, _: TIM11) {
     pulse_timer().dier().write(|w| w.uie().enabled());
 }
 
-/// Whether motion is to begin. At rest this also puts new levels out; while a pulse is under way it
+/// True if motion is to begin. At rest this also puts new levels out; while a pulse is under way it
 /// leaves them to the interrupt at the pulse's end. Interrupt of TIM11, which the main loop pends.
 #[inline(always)] // with `is_pulsing` inlined too, a pulse ends in 69 cycles and not in 77
 pub(crate) fn is_to_start(shared: &Shared<MOTORS>) -> bool {
@@ -126,7 +126,7 @@ fn rewire_and_look(shared: &Shared<MOTORS>) -> bool {
     shared.is_running()
 }
 
-/// Whether step pins are at the level of a pulse: TIM11 counts, or it has stopped and nobody has
+/// True if step pins are at the level of a pulse: TIM11 counts, or it has stopped and nobody has
 /// seen it yet.
 #[inline(always)] // see `is_to_start`
 fn is_pulsing() -> bool {
@@ -202,7 +202,7 @@ pub(crate) fn change_outputs(change: OutputChange) {
     }
 }
 
-/// The outputs of ticks. TIM2's interrupt uses it; TIM11's interrupt uses it where no tick is
+/// The outputs of ticks. TIM2's interrupt uses it; TIM11's interrupt uses it when no tick is
 /// armed.
 pub(crate) struct Port {
     /// The instant of the tick that is armed, the same as in compare register 1. Reading that
@@ -243,7 +243,7 @@ pub(crate) fn let_ticks_come() {
         .write(|w| keep_captures(w).cc1ie().enabled());
 }
 
-/// Keeps the DMA requests of the other channels where they capture edges (`src/capture.rs`).
+/// Keeps the DMA requests of the other channels if they capture edges (`src/capture.rs`).
 #[inline(always)]
 pub(crate) fn keep_captures(w: &mut dier::W) -> &mut dier::W {
     if cfg!(captures) {

@@ -66,7 +66,7 @@ pub(crate) struct Filter {
     due: [u32; 16],
     /// The instant for which the alarm is set.
     alarm: u32,
-    /// Where the motors stood at the edge of the probe.
+    /// The motors' places at the edge of the probe.
     at_probe: [i32; MOTORS],
     power: pwm::Channel,
 }

@@ -18,7 +18,7 @@ const RELOAD: u16 = 200;
 /// sector takes 0.5 s at most (data sheet, table 40).
 const LONG_RELOAD: u16 = 1_000;
 
-/// Whether the watchdog stands still while a debugger halts the CPU (RM0090 section 38.16.4). Then
+/// True if the watchdog stands still while a debugger halts the CPU (RM0090 section 38.16.4). Then
 /// a laser that is lit stays lit. This is for debugging with motors and laser unplugged: set
 /// `LEADSCREW_DEBUG_HALT` when the firmware is built.
 const STOPS_ON_HALT: bool = option_env!("LEADSCREW_DEBUG_HALT").is_some();

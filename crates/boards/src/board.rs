@@ -18,7 +18,7 @@ pub struct Board {
     pub start: u32,
     /// The numbers of the two flash sectors that keep the settings.
     pub settings: [u8; 2],
-    /// Whether the pins of the debug port, PA13 and PA14, may have another purpose: then no probe
+    /// True if the pins of the debug port, PA13 and PA14, may have another purpose: then no probe
     /// reaches the firmware while it runs.
     #[serde(default, rename = "gives-up-debug-port")]
     pub gives_up_debug_port: bool,
@@ -28,7 +28,7 @@ pub struct Board {
     #[serde(default)]
     pub kinematics: Kinematics,
     /// Axes that home together, in the order in which they home, as in `["Z", "XY"]`; Grbl's order
-    /// where it is left out.
+    /// if it is left out.
     pub homing: Option<Vec<String>>,
     /// Settings that a new machine has instead of Grbl's: `"$4" = 1`.
     #[serde(default)]
@@ -205,7 +205,7 @@ pub struct Sockets {
     pub heater_fault: Option<Input>,
     /// A fan, on or off.
     pub fan: Option<Output>,
-    /// The reference voltage of the analogue-to-digital converter, V; 3.3 where it is left out.
+    /// The reference voltage of the analogue-to-digital converter, V; 3.3 if it is left out.
     pub reference: Option<f32>,
 }
 
@@ -245,7 +245,7 @@ impl Board {
     /// Reads a board's file.
     ///
     /// # Errors
-    /// Where the text is not TOML, or does not describe a board; the message gives line and column.
+    /// If the text is not TOML, or does not describe a board; the message gives line and column.
     pub fn read(text: &str) -> Result<Self, String> {
         toml::from_str(text).map_err(|error| error.to_string())
     }
@@ -254,7 +254,7 @@ impl Board {
     /// of this name in `folder`.
     ///
     /// # Errors
-    /// Where there is neither, or the file does not describe a board; the message says where and
+    /// If there is neither, or the file does not describe a board; the message says where and
     /// why.
     pub fn find(asked: &str, folder: &Path) -> Result<Self, String> {
         let name = shown(asked);
@@ -276,7 +276,7 @@ impl Board {
         own.chain(self.sockets.motors.iter().copied())
     }
 
-    /// Whether the board switches the windings of its motors itself. [`Board::check`] refuses a
+    /// True if the board switches the windings of its motors itself. [`Board::check`] refuses a
     /// board that has both kinds of motors.
     #[must_use]
     pub fn switches_windings(&self) -> bool {

@@ -244,7 +244,7 @@ impl Board {
         });
     }
 
-    /// Whether a pin is an output of the board.
+    /// Returns true if a pin is an output of the board.
     fn drives(&self, pin: Pin) -> bool {
         let motors = self.motor.iter().flat_map(|one| one.socket.drive.pins());
         let motors = motors.map(|(_, pin)| pin);
@@ -340,12 +340,12 @@ pub(crate) fn number_of(name: &str) -> Option<u16> {
     name.strip_prefix('$')?.parse().ok()
 }
 
-/// Whether a pin is USB's on every board.
+/// Returns true if a pin is USB's on every board.
 fn is_usb(pin: Pin) -> bool {
     pin.port == 'A' && matches!(pin.number, 11 | 12)
 }
 
-/// Whether a pin is the debug port's (SWD) after a reset.
+/// Returns true if a pin is the debug port's (SWD) after a reset.
 fn is_debug(pin: Pin) -> bool {
     pin.port == 'A' && matches!(pin.number, 13 | 14)
 }

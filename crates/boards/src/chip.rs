@@ -40,7 +40,7 @@ impl Chip {
         }
     }
 
-    /// Whether the chip's package has a pin. A package with 100 pins has only the ports A to E.
+    /// True if the chip's package has a pin. A package with 100 pins has only the ports A to E.
     #[must_use]
     pub fn has(self, pin: Pin) -> bool {
         match self {
@@ -78,7 +78,7 @@ pub(crate) fn channel(pin: Pin) -> Option<u8> {
     words(pin).find_map(|word| word.strip_prefix("ADC1_IN")?.parse().ok())
 }
 
-/// Whether a DMA stream and channel, such as `DMA2.5.4`, can receive a request.
+/// Returns true if a DMA stream and channel, such as `DMA2.5.4`, can receive a request.
 pub(crate) fn hears(request: &str, stream: &str) -> bool {
     let mut lines = FUNCTIONS.lines();
     let ours = lines.find_map(|line| line.strip_prefix(request)?.strip_prefix(": "));

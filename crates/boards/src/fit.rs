@@ -32,7 +32,7 @@ impl fmt::Display for Socket {
     }
 }
 
-/// The sockets of a machine's motors where its file does not name them.
+/// The sockets of a machine's motors if its file does not name them.
 const USUAL: [Socket; 6] = [
     Socket::X,
     Socket::Y,
@@ -50,15 +50,15 @@ pub struct Needs {
     pub motors: Vec<Option<Socket>>,
     /// How many outputs M62 to M65 switch.
     pub outputs: usize,
-    /// Whether it needs the switches at the ends of a tool's travel.
+    /// True if it needs the switches at the ends of a tool's travel.
     pub tool: bool,
-    /// How many heaters there are.
+    /// The number of heaters.
     pub heaters: usize,
-    /// Whether it needs a relay that supplies all heaters.
+    /// True if it needs a relay that supplies all heaters.
     pub heater_supply: bool,
-    /// Whether it needs an input for heater faults that another device reports.
+    /// True if it needs an input for heater faults that another device reports.
     pub heater_fault: bool,
-    /// Whether it needs a fan.
+    /// True if it needs a fan.
     pub fan: bool,
 }
 

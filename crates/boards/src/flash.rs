@@ -1,6 +1,6 @@
 //! The sectors of the flash (RM0090 table 5).
 
-/// Where the flash begins.
+/// The first address of the flash.
 pub(crate) const BEGIN: u32 = 0x0800_0000;
 
 /// A sector.

@@ -47,7 +47,7 @@ pub enum Drive {
         /// The direction pin: high is negative, unless `$3` inverts it.
         direction: Pin,
     },
-    /// The lines of five phases: high where current is to flow.
+    /// The lines of five phases: high when current is to flow.
     Windings([Pin; LINES]),
 }
 

@@ -14,7 +14,7 @@ use std::fmt;
 /// The number of axes of a board without a machine's file. Each has one motor or more.
 pub(crate) const AXES: u8 = 3;
 
-/// The order of homing where a board's file does not say: Grbl's.
+/// The order of homing if a board's file does not say: Grbl's.
 const GRBL_HOMING: [u8; 4] = [0b100, 0b011, 0, 0];
 
 /// The part of a record that describes the machine, without its pins.
@@ -242,7 +242,7 @@ pub(crate) fn mask(axes: &str) -> u8 {
         .fold(0, |all, (_, axis)| all | 1 << axis as u8)
 }
 
-/// The bytes of a name, cut to whole letters where it is too long, and filled up with zeros.
+/// The bytes of a name, cut to whole letters if it is too long, and filled up with zeros.
 fn name(text: &str) -> [u8; NAME] {
     let mut bytes = text.as_bytes()[..text.floor_char_boundary(NAME)].iter();
     [0; NAME].map(|_| bytes.next().copied().unwrap_or(0))

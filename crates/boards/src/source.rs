@@ -65,7 +65,7 @@ impl Board {
         format!("pub(crate) const SAFE: [(Pin, bool); {count}] = {pins};\n")
     }
 
-    /// The sensors of the heaters and the input of their fault, where there are heaters.
+    /// The sensors of the heaters and the input of their fault, if there are heaters.
     fn sensors(&self) -> String {
         let heaters = &self.sockets.heaters;
         if heaters.is_empty() {
@@ -84,7 +84,7 @@ pub(crate) const HEATER_FAULT: Option<crate::gpio::Input> = {};\n",
         )
     }
 
-    /// The inputs that capture edges, where wires lead to any.
+    /// The inputs that capture edges, if wires lead to any.
     fn capture_inputs(&self) -> String {
         let captures = self.captures().into_iter().map(|(wire, channel)| {
             let pin = literal(wire.to);

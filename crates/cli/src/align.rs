@@ -18,7 +18,7 @@ pub(super) struct AlignArgs {
     /// A point of the job, mm. Give this option at least twice.
     #[arg(long = "ref", value_name = "X,Y", required = true, allow_hyphen_values = true, value_parser = place)]
     nominal: Vec<Place>,
-    /// Where that point was found on the board, mm. Give one for each --ref, in the same order.
+    /// The place of that point on the board, mm. Give one for each --ref, in the same order.
     #[arg(long, value_name = "X,Y", required = true, allow_hyphen_values = true, value_parser = place)]
     measured: Vec<Place>,
     /// Scale the job as well, by the factor that fits the points best. Without this option the job
@@ -43,7 +43,7 @@ fn place(text: &str) -> Result<Place, String> {
 /// Turns and shifts a job; returns whether it could.
 ///
 /// # Errors
-/// Where an option or the file cannot be used.
+/// If an option or the file cannot be used.
 pub(super) fn align(args: &AlignArgs) -> Result<bool, Unusable> {
     if args.nominal.len() != args.measured.len() {
         return Err(unusable(format!(

@@ -52,7 +52,7 @@ pub(super) enum Command {
     Align(AlignArgs),
     /// Bend a job so that its depth follows a surface that is not flat.
     Level(LevelArgs),
-    /// Begin a job in its middle: bring the machine to where the job stands at a line, then go on
+    /// Begin a job in its middle: bring the machine to the job's place at a line, then go on
     /// with that line.
     Resume(ResumeArgs),
     /// Work out an axis's steps per mm from a measured move.
@@ -104,7 +104,7 @@ impl Controller {
     /// one.
     ///
     /// # Errors
-    /// Where the text cannot be read, which a text in memory always can.
+    /// If the text cannot be read, which a text in memory always can.
     pub(super) fn time(
         self,
         machine: &Machine,
@@ -175,7 +175,7 @@ pub(super) struct CheckArgs {
     pub(super) files: Vec<PathBuf>,
     #[command(flatten)]
     pub(super) machine: SettingArgs,
-    /// Where work zero is in machine coordinates, for example -200,-150,-40: moves that leave the
+    /// Work zero in machine coordinates, for example -200,-150,-40: moves that leave the
     /// travel from there are reported, with soft limits or without.
     #[arg(long, value_name = "X,Y,Z", value_parser = origin, allow_hyphen_values = true)]
     pub(super) origin: Option<[f32; 3]>,

@@ -74,10 +74,10 @@ pub(super) struct NewArgs {
     output: Option<PathBuf>,
 }
 
-/// Carries out the command; returns false where a board has a mistake.
+/// Carries out the command; returns false if a board has a mistake.
 ///
 /// # Errors
-/// Where a file cannot be read or written, or does not describe a board.
+/// If a file cannot be read or written, or does not describe a board.
 pub(super) fn run(command: &BoardCommand) -> Result<bool, Unusable> {
     match command {
         BoardCommand::List => list(),
@@ -153,7 +153,7 @@ fn pins(board: &str) -> Result<bool, Unusable> {
 /// Prints the board's name and its pins.
 ///
 /// # Errors
-/// Where standard output is closed.
+/// If standard output is closed.
 pub(super) fn say_pins(board: &Board) -> Result<bool, Unusable> {
     say(&board.name)?;
     for (use_of_it, pin) in board.pins() {

@@ -29,7 +29,7 @@ pub(super) struct CalibrateArgs {
 /// Prints the setting with which an axis moves as far as it is told.
 ///
 /// # Errors
-/// Where the machine lacks the axis, a length is not above 0, or the machine refuses the result.
+/// If the machine lacks the axis, a length is not above 0, or the machine refuses the result.
 pub(super) fn calibrate(args: &CalibrateArgs) -> Result<bool, Unusable> {
     let machine = machine(&args.machine)?;
     let letter = args.axis.to_ascii_uppercase();

@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
 /// Checks the jobs; returns whether none has an error.
 ///
 /// # Errors
-/// Where an option or an input cannot be used.
+/// If an option or an input cannot be used.
 pub(super) fn check(args: &CheckArgs) -> Result<bool, Unusable> {
     let machine = machine(&args.machine)?;
     if !args.quiet {
@@ -203,7 +203,7 @@ fn draw_picture(
 /// Shows a complaint: for GitHub every one as an annotation, else the first of each cause.
 ///
 /// # Errors
-/// Where standard output cannot be written.
+/// If standard output cannot be written.
 fn show(
     args: &CheckArgs,
     causes: &mut Causes,

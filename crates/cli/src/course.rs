@@ -18,7 +18,7 @@ pub(super) struct Text {
     source: Source,
 }
 
-/// Where the text of a job comes from each time.
+/// The source of a job's text, each time.
 enum Source {
     /// A file. It is read a second time.
     File(PathBuf),
@@ -45,7 +45,7 @@ impl Text {
         })
     }
 
-    /// The text from its beginning, and its size where that is known.
+    /// The text from its beginning, and its size if that is known.
     fn open(&self) -> Result<(Option<u64>, Box<dyn BufRead + '_>), Unusable> {
         match &self.source {
             Source::File(file) => {
@@ -67,9 +67,9 @@ pub(super) struct Course {
     pub(super) rate: Rate,
     pub(super) keep_going: bool,
     pub(super) quiet: bool,
-    /// Whether to keep which line each answer was for.
+    /// True if to keep which line each answer was for.
     pub(super) keep_answers: bool,
-    /// Whether only times count.
+    /// True if only times count.
     pub(super) only_times: bool,
 }
 
@@ -100,6 +100,7 @@ impl Course {
             keep_answers: self.keep_answers,
             warn: false,
             only_times: self.only_times,
+            knows_place: false,
             tell: teller(self.quiet),
         };
         let (size, reader) = text.open()?;

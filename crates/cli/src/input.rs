@@ -52,7 +52,7 @@ impl std::error::Error for InputError {}
 pub(super) struct Job {
     /// The name in messages.
     pub(super) name: String,
-    /// Its size in bytes, where that is known.
+    /// Its size in bytes, if that is known.
     pub(super) size: Option<u64>,
     /// Its first bytes.
     pub(super) head: Vec<u8>,
@@ -64,7 +64,7 @@ impl Job {
     /// Reads the job into memory, so that it can be read more than once, from its start.
     ///
     /// # Errors
-    /// [`InputError::Io`] where it cannot be read to its end.
+    /// [`InputError::Io`] if it cannot be read to its end.
     pub(super) fn keep(&mut self) -> Result<Rc<[u8]>, InputError> {
         let mut bytes = Vec::new();
         if let Err(error) = self.text.read_to_end(&mut bytes) {
@@ -83,7 +83,7 @@ const ENDINGS: [&str; 9] = ["nc", "gcode", "ngc", "gc", "g", "tap", "cnc", "ncc"
 /// sorted by name.
 ///
 /// # Errors
-/// [`InputError`] where a folder cannot be read or has no such file.
+/// [`InputError`] if a folder cannot be read or has no such file.
 pub(super) fn jobs(names: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
     files(names, &ENDINGS)
 }
@@ -91,7 +91,7 @@ pub(super) fn jobs(names: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
 /// As [`jobs`], for files with other endings.
 ///
 /// # Errors
-/// [`InputError`] where a folder cannot be read or has no such file.
+/// [`InputError`] if a folder cannot be read or has no such file.
 pub(super) fn files(names: &[PathBuf], endings: &[&str]) -> Result<Vec<PathBuf>, InputError> {
     let mut all = Vec::new();
     for name in names {
@@ -128,7 +128,7 @@ fn has_ending(path: &Path, endings: &[&str]) -> bool {
     path.is_file() && endings.iter().any(|known| ending == **known)
 }
 
-/// Whether a name stands for standard input.
+/// Returns true if a name stands for standard input.
 pub(super) fn is_stdin(name: &Path) -> bool {
     name.as_os_str() == "-"
 }
@@ -141,10 +141,10 @@ pub(super) fn shown(name: &Path) -> String {
     }
 }
 
-/// Opens the file `name`, or standard input where `name` is `-`. A pipe can be read only once.
+/// Opens the file `name`, or standard input if `name` is `-`. A pipe can be read only once.
 ///
 /// # Errors
-/// [`InputError`] where it cannot be read or is no text.
+/// [`InputError`] if it cannot be read or is no text.
 pub(super) fn open(name: &Path) -> Result<Job, InputError> {
     if is_stdin(name) {
         return from_reader(&shown(name), None, io::stdin().lock());
@@ -186,7 +186,7 @@ fn from_reader(
     })
 }
 
-/// Whether a file begins as UTF-16 does: with its mark, or with a NUL in every other byte.
+/// Returns true if a file begins as UTF-16 does: with its mark, or with a NUL in every other byte.
 fn is_wide(head: &[u8]) -> bool {
     let has_mark = head.starts_with(b"\xFF\xFE") || head.starts_with(b"\xFE\xFF");
     let nuls = |from: usize| head.iter().skip(from).step_by(2).all(|byte| *byte == 0);
@@ -194,7 +194,7 @@ fn is_wide(head: &[u8]) -> bool {
     has_mark || head.len() >= 4 && (nuls(0) && is_plain(1) || nuls(1) && is_plain(0))
 }
 
-/// The offset of the first control byte, where there are too many of them for text: more than one
+/// The offset of the first control byte, if there are too many of them for text: more than one
 /// byte in four. (A few NULs in a text do no harm: the machine drops them.)
 fn binary_at(head: &[u8]) -> Option<usize> {
     let control = |b: &u8| *b < 0x20 && !matches!(b, b'\t' | b'\n' | b'\r' | 0x0B | 0x0C);

@@ -46,7 +46,7 @@ fn tolerance(text: &str) -> Result<f64, String> {
 /// Bends a job; returns whether it could.
 ///
 /// # Errors
-/// Where an option or a file cannot be used.
+/// If an option or a file cannot be used.
 pub(super) fn level(args: &LevelArgs) -> Result<bool, Unusable> {
     let heights = read(&args.map)?;
     let Some(map) = shown(&args.map, &heights, Map::read(&heights, args.zero)) else {

@@ -78,7 +78,7 @@ impl Example {
 /// Carries out the command.
 ///
 /// # Errors
-/// Where a file cannot be read or written, or the machine does not fit its board.
+/// If a file cannot be read or written, or the machine does not fit its board.
 pub(super) fn run(command: &MachineCommand) -> Result<bool, Unusable> {
     match command {
         MachineCommand::New(args) => new(args),
@@ -126,7 +126,7 @@ fn motors(profile: &Profile) -> String {
 /// Writes a file that must not exist yet; `-` is standard output.
 ///
 /// # Errors
-/// Where it exists already or cannot be written.
+/// If it exists already or cannot be written.
 pub(super) fn write_new(path: &Path, bytes: impl AsRef<[u8]>) -> Result<(), Unusable> {
     if is_stdout(path) {
         return put(bytes.as_ref());

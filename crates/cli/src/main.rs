@@ -1,6 +1,6 @@
 //! The `leadscrew` command line.
 #![forbid(unsafe_code)]
-// `println!` and `eprintln!` panic where nobody reads: `said` takes their place.
+// `println!` and `eprintln!` panic if nobody reads: `said` takes their place.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod align;

@@ -12,7 +12,7 @@ use std::io::Write;
 /// Writes the page. The lines in `stretches` are the machine's line counts.
 ///
 /// # Errors
-/// Where it cannot be written.
+/// If it cannot be written.
 pub(super) fn write(
     output: Output,
     sketch: &Sketch,

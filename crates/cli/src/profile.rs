@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 /// Profiles the job; returns whether it met neither an error nor an alarm.
 ///
 /// # Errors
-/// Where an option or the input cannot be used, or an output cannot be written.
+/// If an option or the input cannot be used, or an output cannot be written.
 pub(super) fn profile(args: &ProfileArgs) -> Result<bool, Unusable> {
     let chosen = without_lead(&machine(&args.machine)?);
     spare(&args.machine.inputs(&args.file), named(args)).map_err(unusable)?;

@@ -22,11 +22,11 @@ pub(super) struct Report {
     pub(super) lines: u64,
     /// The errors that were kept in full.
     pub(super) errors: Vec<Complaint>,
-    /// How many errors there were.
+    /// The number of errors.
     pub(super) error_count: u64,
     /// The likely mistakes in the job that were kept.
     pub(super) warnings: Vec<Complaint>,
-    /// How many likely mistakes there were.
+    /// The number of likely mistakes.
     pub(super) warning_count: u64,
     /// The alarm that ended the job.
     pub(super) alarm: Option<Complaint>,
@@ -38,9 +38,9 @@ pub(super) struct Report {
     pub(super) turning: Vec<char>,
     /// Steps/mm of each axis.
     pub(super) steps_per_mm: Vec<f64>,
-    /// Steps of a turn of each axis's motor, where that is known.
+    /// Steps of a turn of each axis's motor, if that is known.
     pub(super) steps_per_rev: Vec<Option<f64>>,
-    /// Whether motors 0 and 1 turn X and Y together, by crossed belts.
+    /// True if motors 0 and 1 turn X and Y together, by crossed belts.
     pub(super) crossed: bool,
     /// What the tool does to the material: cut, extruded.
     pub(super) work: &'static str,
@@ -48,23 +48,23 @@ pub(super) struct Report {
     pub(super) cut_mm: f64,
     /// Length of all other moves, mm.
     pub(super) travel_mm: f64,
-    /// Bits a second of the serial line; `None` where the line never waits.
+    /// Bits a second of the serial line; `None` if the line never waits.
     pub(super) baud: Option<NonZeroU32>,
     /// How the job ended.
     pub(super) end: End,
-    /// Where the program waited for its operator.
+    /// The lines at which the program waited for its operator.
     pub(super) waits: Vec<Wait>,
     /// The tools that the program asked for.
     pub(super) tools: Vec<u32>,
-    /// How many synchronised outputs there are.
+    /// The number of synchronised outputs.
     pub(super) outputs: u8,
     /// The box around all cuts.
     pub(super) extents: Option<Extents>,
     /// Notes about a file that was imported.
     pub(super) notes: Vec<String>,
-    /// How long Grbl takes, if that was asked for.
+    /// The time that Grbl takes, if that was asked for.
     pub(super) grbl: Option<Time>,
-    /// How long the simulation took in real time, s.
+    /// The time that the simulation took in real time, s.
     pub(super) wall_seconds: f64,
 }
 
@@ -98,7 +98,7 @@ pub(super) struct RunJson<'a> {
     job_seconds: f64,
     motion_seconds: f64,
     step_seconds: f64,
-    /// How long Grbl takes; with `--as grbl`.
+    /// The time that Grbl takes; with `--as grbl`.
     #[serde(skip_serializing_if = "Option::is_none")]
     grbl: Option<Time>,
     axes: BTreeMap<char, JsonAxis>,
@@ -139,7 +139,7 @@ struct JsonCpu {
 }
 
 impl Report {
-    /// Whether the job met neither an error nor an alarm.
+    /// Returns true if the job met neither an error nor an alarm.
     pub(super) fn is_clean(&self) -> bool {
         self.error_count == 0 && self.alarm.is_none()
     }
@@ -199,7 +199,7 @@ impl Report {
         })
     }
 
-    /// How far each axis has gone, in its own steps.
+    /// The distance that each axis has gone, in its own steps.
     fn net_steps(&self) -> [f64; MOST_MOTORS] {
         let mut steps = self.outcome.motors.map(|motor| motor.net_steps as f64);
         if let (true, [a, b, ..]) = (self.crossed, steps.as_mut_slice()) {
@@ -329,7 +329,7 @@ fn row(f: &mut fmt::Formatter<'_>, name: &str, value: &str) -> fmt::Result {
     writeln!(f, "  {name:<12} {value}")
 }
 
-/// The reports of jobs as JSON: one object, or an array where there may be several jobs.
+/// The reports of jobs as JSON: one object, or an array if there may be several jobs.
 pub(super) fn json_text(reports: &[impl Serialize], is_one: bool) -> String {
     let text = match (is_one, reports) {
         (true, [one]) => serde_json::to_string_pretty(one),

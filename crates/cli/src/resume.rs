@@ -32,7 +32,7 @@ pub(super) struct ResumeArgs {
     /// The time for the spindle to speed up, s. A laser needs none.
     #[arg(long, value_name = "SECONDS", default_value = "3", value_parser = seconds)]
     spin_up: Number,
-    /// Where the job began, in work coordinates, mm. Needed if the job counts from there (G91, G92).
+    /// The job's start, in work coordinates, mm. Needed if the job counts from there (G91, G92).
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = place)]
     start: Option<[Coordinate; 3]>,
 }
@@ -64,7 +64,7 @@ fn place(text: &str) -> Result<[Coordinate; 3], String> {
 /// Writes the rest of a job; returns whether it could.
 ///
 /// # Errors
-/// Where an option, the machine or the file cannot be used, or the job cannot be begun there.
+/// If an option, the machine or the file cannot be used, or the job cannot be begun there.
 pub(super) fn resume(args: &ResumeArgs) -> Result<bool, Unusable> {
     let machine = machine(&args.machine)?;
     let job = input::open(&args.file).map_err(unusable)?;

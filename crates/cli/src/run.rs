@@ -31,7 +31,7 @@ use std::time::Instant;
 /// an alarm.
 ///
 /// # Errors
-/// Where an option or an input cannot be used, or an output cannot be written.
+/// If an option or an input cannot be used, or an output cannot be written.
 pub(super) fn run(args: &JobArgs) -> Result<bool, Unusable> {
     let mut machine = machine(&args.machine)?;
     machine.outputs.count = args.outputs.unwrap_or(machine.outputs.count);
@@ -233,11 +233,12 @@ fn stream<'a>(args: &JobArgs, machine: &'a Machine, outputs: &Outputs) -> Stream
         keep_answers: outputs.sketch.path.is_drawn(),
         warn: args.json,
         only_times: false,
+        knows_place: true,
         tell: teller(args.quiet),
     }
 }
 
-/// How long the job takes on another controller.
+/// The time that the job takes on another controller.
 fn beside(
     like: Controller,
     args: &JobArgs,
@@ -273,7 +274,7 @@ fn write_pictures(
     Ok(())
 }
 
-/// The S value of a laser's full power; `None` where S is a spindle's speed.
+/// The S value of a laser's full power; `None` if S is a spindle's speed.
 pub(super) fn full_power(machine: &Machine) -> Option<f64> {
     let settings = &machine.settings;
     let full = f64::from(settings.value(Setting::MaxSpeed).to_f32());

@@ -8,7 +8,7 @@ use std::io::{stderr, stdout, IsTerminal, Write};
 /// Writes a text to standard output and ends its last line. Control characters are spelled.
 ///
 /// # Errors
-/// Where standard output cannot be written, for example because a disk is full.
+/// If standard output cannot be written, for example because a disk is full.
 pub(super) fn say(text: impl Display) -> Result<(), Unusable> {
     put(format!("{}\n", plain(text.to_string().trim_end())).as_bytes())
 }
@@ -16,14 +16,14 @@ pub(super) fn say(text: impl Display) -> Result<(), Unusable> {
 /// Writes bytes to standard output.
 ///
 /// # Errors
-/// Where it cannot be written.
+/// If it cannot be written.
 pub(super) fn put(bytes: &[u8]) -> Result<(), Unusable> {
     let mut out = stdout().lock();
     let written = out.write_all(bytes).and_then(|()| out.flush());
     unless_left(written).map_err(|error| unusable(format!("standard output: {error}")))
 }
 
-/// Writes a line to standard error. Where nobody reads it, or it is full, the command goes on. On a
+/// Writes a line to standard error. If nobody reads it, or it is full, the command goes on. On a
 /// terminal the kind of a message has a colour, unless `NO_COLOR` is set (<https://no-color.org>).
 pub(super) fn aside(text: impl Display) {
     let mut line = format!("{}\n", plain(&text.to_string()));

@@ -67,7 +67,7 @@ impl fmt::Display for ServeError {
 
 impl std::error::Error for ServeError {}
 
-/// Whether Ctrl-C was pressed.
+/// True if Ctrl-C was pressed.
 static STOP: AtomicBool = AtomicBool::new(false);
 
 /// Serves until Ctrl-C.

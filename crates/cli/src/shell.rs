@@ -17,7 +17,7 @@ const NAME: &str = "leadscrew";
 /// Prints the completions for a shell.
 ///
 /// # Errors
-/// Where standard output cannot be written.
+/// If standard output cannot be written.
 pub(super) fn completions(shell: Shell) -> Result<bool, Unusable> {
     let mut text = Vec::new();
     generate(shell, &mut Cli::command(), NAME, &mut text);
@@ -27,7 +27,7 @@ pub(super) fn completions(shell: Shell) -> Result<bool, Unusable> {
 /// Prints the manual page, or writes the pages of all commands into a folder.
 ///
 /// # Errors
-/// Where the folder or standard output cannot be written.
+/// If the folder or standard output cannot be written.
 pub(super) fn man(args: &ManArgs) -> Result<bool, Unusable> {
     if let Some(folder) = &args.folder {
         let made = std::fs::create_dir_all(folder);
@@ -62,7 +62,7 @@ fn write_pages(command: &clap::Command, folder: &Path) -> Result<(), Unusable> {
 /// Prints the JSON schema of a command's output, or of a machine file.
 ///
 /// # Errors
-/// Where standard output cannot be written.
+/// If standard output cannot be written.
 pub(super) fn schema(of: Shape) -> Result<bool, Unusable> {
     let schema = match of {
         Shape::Run => schema_for!(RunJson<'_>),

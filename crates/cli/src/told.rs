@@ -27,7 +27,7 @@ fn tell(news: &News<'_>) {
     }
 }
 
-/// A progress bar with the time left; hidden where there is no terminal.
+/// A progress bar with the time left; hidden if there is no terminal.
 pub(super) fn progress_bar(quiet: bool, size: Option<u64>) -> ProgressBar {
     if quiet || !io::stderr().is_terminal() {
         return ProgressBar::hidden();

@@ -53,7 +53,7 @@ impl StepList {
     /// Creates the file; `scale` converts power to S units.
     ///
     /// # Errors
-    /// Where it cannot be created.
+    /// If it cannot be created.
     pub(super) fn create(path: &Path, scale: SpindleScale) -> Result<Self, OutputError> {
         let sink = Sink::create(path, StepsCsv::new)?;
         Ok(Self { sink, scale })
@@ -92,7 +92,7 @@ impl WaveformFile {
     /// outputs.
     ///
     /// # Errors
-    /// Where it cannot be created.
+    /// If it cannot be created.
     pub(super) fn create(path: &Path, names: &[char], outputs: u8) -> Result<Self, OutputError> {
         let sink = Sink::create(path, |out| Waveform::new(out, names, outputs))?;
         Ok(Self {
@@ -172,7 +172,7 @@ pub(super) struct Sketch {
     /// The path of the tool.
     pub(super) path: Toolpath,
     tooling: Tooling,
-    /// The recorder of the speed; `None` where it is not needed.
+    /// The recorder of the speed; `None` if it is not needed.
     pub(super) speed: Option<Recorder>,
     /// One entry for each move of the path, except its start.
     pub(super) ways: Vec<Way>,

@@ -159,7 +159,7 @@ impl Place {
     /// connected to the controller. `cpu_hz` is the clock of the CPU, and `unique` the chip's
     /// number, from which the host makes a name that stays.
     ///
-    /// `None` where the driver refuses these values, which never happens.
+    /// `None` if the driver refuses these values, which never happens.
     #[inline(never)] // values that are moved are on the stack only during this call
     pub fn start(
         &'static mut self,
@@ -189,7 +189,7 @@ pub struct Port {
     outgoing: Consumer<'static, u8>,
     /// The packet that is to be sent next.
     packet: Vec<u8, SENT>,
-    /// Whether a program has the port open, as DTR tells.
+    /// True if a program has the port open, as DTR tells.
     open: bool,
 }
 
@@ -246,7 +246,7 @@ impl Port {
         }
     }
 
-    /// Whether a program has opened the port since the last call.
+    /// Returns true if a program has opened the port since the last call.
     fn opens(&mut self) -> bool {
         let was_open = core::mem::replace(&mut self.open, self.class.dtr());
         let opens = self.open && !was_open;
@@ -284,7 +284,7 @@ impl Port {
         }
     }
 
-    /// Whether the main loop had more bytes to queue, and half of the queue is free. The other half
+    /// True if the main loop had more bytes to queue, and half of the queue is free. The other half
     /// is sent while the main loop wakes up.
     fn takes_more(&self) -> bool {
         MORE.load(Relaxed) && self.outgoing.len() <= self.outgoing.capacity() / 2

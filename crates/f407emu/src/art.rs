@@ -93,13 +93,13 @@ impl Art {
         }
     }
 
-    /// Whether an old line has been used since the last call.
+    /// Returns true if an old line has been used since the last call.
     pub(crate) fn take_stale_use(&mut self) -> bool {
         let instructions = core::mem::take(&mut self.instructions.stale_use);
         core::mem::take(&mut self.data.stale_use) || instructions
     }
 
-    /// Whether an address lies in the line that the core is fetching from.
+    /// Returns true if an address lies in the line that the core is fetching from.
     #[inline(always)]
     pub(crate) fn is_current(&self, address: u32) -> bool {
         address >> 4 == self.current
@@ -166,7 +166,7 @@ impl<const COUNT: usize> Lines<COUNT> {
         }
     }
 
-    /// Whether the cache held a line. If not, the line replaces the least recently used one.
+    /// True if the cache held a line. If not, the line replaces the least recently used one.
     fn touch(&mut self, line: u32) -> bool {
         self.clock += 1;
         let held = self.line.iter().position(|&held| held == line);

@@ -211,7 +211,7 @@ impl Machine {
     }
 }
 
-/// Fails where an access is not aligned: peripherals answer to aligned accesses only.
+/// Fails if an access is not aligned: peripherals answer to aligned accesses only.
 fn must_align(address: u32, width: Width) -> Result<(), Trap> {
     if address as usize & (width.bytes() - 1) == 0 {
         Ok(())
@@ -220,7 +220,7 @@ fn must_align(address: u32, width: Width) -> Result<(), Trap> {
     }
 }
 
-/// Whether a register is GPIOx_BSRR. It is write-only, so that a write of a part of it must not
+/// True if a register is GPIOx_BSRR. It is write-only, so that a write of a part of it must not
 /// read the other bits first.
 fn is_write_only(address: u32) -> bool {
     (0x4002_0000..0x4002_2400).contains(&address) && address & 0x3FF == 0x18

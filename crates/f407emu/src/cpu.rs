@@ -13,7 +13,7 @@ pub(crate) struct Cpu {
     pub(crate) ge: u8,
     /// The IT block under way: condition and mask, 0 outside (A7.3).
     pub(crate) it: u8,
-    /// Whether the instruction under way stands in an IT block.
+    /// True if the instruction under way stands in an IT block.
     pub(crate) in_it: bool,
     /// IPSR: the number of the exception under way, 0 in thread mode.
     pub(crate) exception: u8,
@@ -28,7 +28,7 @@ pub(crate) struct Cpu {
     pub(crate) exclusive: Option<u32>,
     /// The event register that WFE looks at.
     pub(crate) event: bool,
-    /// Whether the core sleeps in a WFI or WFE.
+    /// True if the core sleeps in a WFI or WFE.
     pub(crate) asleep: bool,
 }
 
@@ -88,7 +88,7 @@ impl Cpu {
         self.flags.zero = value == 0;
     }
 
-    /// Whether a condition holds (A7.3); 14 and 15 always do.
+    /// Returns true if a condition holds (A7.3); 14 and 15 always do.
     #[inline(always)]
     pub(crate) fn holds(&self, condition: u8) -> bool {
         let f = &self.flags;
@@ -105,7 +105,7 @@ impl Cpu {
         positive != (condition & 1 != 0)
     }
 
-    /// Whether the IT block lets this instruction be carried out. Moves on in the block (ITAdvance,
+    /// True if the IT block lets this instruction be carried out. Moves on in the block (ITAdvance,
     /// A7.3.3).
     pub(crate) fn passes_it(&mut self) -> bool {
         let passes = self.holds(self.it >> 4);
@@ -117,7 +117,7 @@ impl Cpu {
         passes
     }
 
-    /// Whether the process stack is in use, which is possible in thread mode only.
+    /// Returns true if the process stack is in use, which is possible in thread mode only.
     pub(crate) fn on_process_stack(&self) -> bool {
         self.control & CONTROL_PROCESS_STACK != 0 && self.exception == 0
     }

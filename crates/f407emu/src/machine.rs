@@ -59,7 +59,7 @@ pub struct Machine {
     pub(crate) last_access: LastAccess,
     /// The cycle at which the store buffer is empty again.
     pub(crate) buffer_free: u64,
-    /// Whether the program has requested a reset.
+    /// True if the program has requested a reset.
     pub(crate) reset_requested: bool,
     /// The core has locked up: the reason.
     pub(crate) locked: Option<Stop>,
@@ -233,7 +233,7 @@ impl Machine {
         }
     }
 
-    /// Whether the next instruction, or the vector of an interrupt, must be read from the flash.
+    /// True if the next instruction, or the vector of an interrupt, must be read from the flash.
     fn needs_flash(&self) -> bool {
         let in_flash = |address: u32| {
             let place = self.memory.place(address);
@@ -407,12 +407,12 @@ impl Machine {
         self.stall = Some((exception, address, cycles));
     }
 
-    /// Whether a planted delay has still to come.
+    /// Returns true if a planted delay has still to come.
     pub fn is_stall_planted(&self) -> bool {
         self.stall.is_some()
     }
 
-    /// Whether the core sleeps.
+    /// Returns true if the core sleeps.
     pub fn is_asleep(&self) -> bool {
         self.cpu.asleep
     }
@@ -501,7 +501,7 @@ impl Machine {
     /// Changes RAM as a debugger does: at the addresses that the core sees.
     ///
     /// # Panics
-    /// Where there is no RAM.
+    /// If there is no RAM.
     pub fn poke(&mut self, address: u32, bytes: &[u8]) {
         for (address, byte) in (address..).zip(bytes) {
             let place = self.memory.place(address);

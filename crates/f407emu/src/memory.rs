@@ -6,11 +6,11 @@ use crate::{
 };
 use core::ops::Range;
 
-/// Where the flash begins.
+/// The first address of the flash.
 pub(crate) const FLASH: u32 = 0x0800_0000;
-/// Where SRAM1 begins; SRAM2 follows it.
+/// The first address of SRAM1; SRAM2 follows it.
 pub(crate) const SRAM: u32 = 0x2000_0000;
-/// Where CCM begins, the memory on the core's data bus: DMA cannot reach it, and instructions
+/// The begin of CCM, the memory on the core's data bus: DMA cannot reach it, and instructions
 /// cannot be fetched from it.
 pub(crate) const CCM: u32 = 0x1000_0000;
 const FLASH_SIZE: usize = 1 << 20;
@@ -27,7 +27,7 @@ const SIGNATURE_BYTES: [u8; 20] = *b"leadscrew407\xFF\xFF\xFF\xFF\xFF\xFF\x00\x0
 /// The place of the flash's size in the signature.
 const SIZE_PLACE: usize = 18;
 
-/// Where the system memory begins, which holds ST's loader. Of the loader there are only its stack
+/// The begin of the system memory, which holds ST's loader. Of the loader there are only its stack
 /// pointer and the address of its first instruction, at which a run stops.
 const SYSTEM: u32 = 0x1FFF_0000;
 /// The loader's first instruction.
@@ -43,7 +43,7 @@ pub(crate) struct Memory {
     signature: [u8; 20],
     /// The memory that is mapped at address 0, too.
     pub(crate) low: Low,
-    /// The decoded instruction at each halfword of the flash; dropped where the flash is written.
+    /// The decoded instruction at each halfword of the flash; dropped when the flash is written.
     decoded: Box<[Option<Decoded>]>,
     /// The decoded instruction at each halfword of the start of SRAM, as mapped at address 0.
     decoded_low: Box<[Option<Decoded>]>,
@@ -224,7 +224,7 @@ impl Memory {
         decoded
     }
 
-    /// Whether an instruction of 32 bits begins at an address in the flash.
+    /// Returns true if an instruction of 32 bits begins at an address in the flash.
     pub(crate) fn is_wide(&self, address: u32) -> bool {
         let offset = address.wrapping_sub(FLASH) as usize;
         let upper = self.flash.get(offset.wrapping_add(1)).copied().unwrap_or(0);

@@ -73,7 +73,7 @@ pub struct Match {
     pub timer: u8,
     /// The channel's number, from 1.
     pub channel: u8,
-    /// Whether the program has forced it (TIMx_EGR.CCxG), rather than the count.
+    /// True if the program has forced it (TIMx_EGR.CCxG), rather than the count.
     pub forced: bool,
 }
 
@@ -86,7 +86,7 @@ pub struct FlashOperation {
     pub end: u64,
     /// The address of its first byte.
     pub address: u32,
-    /// Whether a sector is erased, rather than a unit programmed.
+    /// True if a sector is erased, rather than a unit programmed.
     pub erases: bool,
 }
 
@@ -110,7 +110,7 @@ pub struct Duty {
 /// exceptions nested in it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Profile {
-    /// How often it was served.
+    /// The number of times that it was served.
     pub count: u64,
     /// The fewest cycles of a service.
     pub min: u64,

@@ -11,7 +11,7 @@ use crate::{
     warning::Warning,
 };
 
-/// Where the registers of USB OTG FS begin.
+/// The first address of the registers of USB OTG FS.
 const USB: u32 = 0x5000_0000;
 
 /// The offsets of a port's GPIOx_ODR and GPIOx_BSRR, which set levels and no functions.
@@ -300,7 +300,7 @@ impl Machine {
             .try_fold(value, |value, tamper| tamper(value))
     }
 
-    /// Whether a peripheral has its clock. Otherwise the access ends the run.
+    /// Returns true if a peripheral has its clock. Otherwise the access ends the run.
     fn is_clocked(&mut self, address: u32, now: u64) -> bool {
         let rcc = &self.devices.rcc;
         let stray = match rcc.clock_of(address) {
@@ -429,7 +429,7 @@ const FAULTS: [(u32, Exception); 3] = [
     (18, Exception::USAGE_FAULT),
 ];
 
-/// Whether everything that a value asks of a register of the private peripheral bus is modelled.
+/// True if everything that a value asks of a register of the private peripheral bus is modelled.
 /// Not modelled are deep sleep, the MPU, trace, and the debug component (RM0090 section 38.16)
 /// except for the bit that stops the watchdog's clock.
 fn is_modelled_here(address: u32, value: u32) -> bool {

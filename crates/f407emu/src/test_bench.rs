@@ -60,7 +60,7 @@ impl Machine {
         self.reschedule();
     }
 
-    /// Whether the host has set the device up, so that bytes go both ways.
+    /// Returns true if the host has set the device up, so that bytes go both ways.
     pub fn usb_is_up(&self) -> bool {
         self.devices.usb.host.is_talking()
     }
@@ -113,7 +113,7 @@ impl Machine {
     /// reference voltage, 0 to 1.
     ///
     /// # Panics
-    /// Where the pin has no channel of the converter.
+    /// If the pin has no channel of the converter.
     pub fn analog(&mut self, pin: Pin, share: f64) {
         let channel = adc::channel(pin.port, pin.number);
         let channel = channel.expect("a pin with a channel of ADC1");

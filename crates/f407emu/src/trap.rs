@@ -19,7 +19,7 @@ pub enum Trap {
         /// Address of the access.
         address: u32,
     },
-    /// A division by zero, where CCR.DIV_0_TRP asks for a fault.
+    /// A division by zero, if CCR.DIV_0_TRP asks for a fault.
     DivideByZero,
     /// No instruction can be fetched there.
     Fetch {
@@ -37,7 +37,7 @@ pub enum Trap {
     Unstacking,
     /// A breakpoint instruction.
     Breakpoint,
-    /// A supervisor call where its priority does not allow it.
+    /// A supervisor call if its priority does not allow it.
     SupervisorCall,
 }
 
@@ -72,7 +72,7 @@ pub enum Stop {
     Loader {
         /// The stack pointer.
         stack: u32,
-        /// Whether PRIMASK keeps interrupts away.
+        /// True if PRIMASK keeps interrupts away.
         masked: bool,
     },
 }

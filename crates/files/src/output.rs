@@ -31,12 +31,12 @@ impl std::fmt::Display for OutputError {
 
 impl std::error::Error for OutputError {}
 
-/// Whether an output goes to standard output. If so, messages about the job are not printed there.
+/// True if an output goes to standard output. If so, messages about the job are not printed there.
 pub fn is_stdout(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-/// Whether a path leads to the same file as one of `inputs`: an output must not replace an input. A
+/// True if a path leads to the same file as one of `inputs`: an output must not replace an input. A
 /// device does not count, since it may be input and output.
 pub fn is_input(path: &Path, inputs: &[&Path]) -> bool {
     let target = fs::canonicalize(path).ok().filter(|path| path.is_file());
@@ -82,7 +82,7 @@ fn place(path: &Path) -> Option<PathBuf> {
     Some(folder.join(path.file_name()?))
 }
 
-/// The end of the symbolic links that begin at `path`, even where no file is there yet.
+/// The end of the symbolic links that begin at `path`, even if no file is there yet.
 ///
 /// # Errors
 /// The links lead nowhere, for example in a circle.
@@ -171,7 +171,7 @@ impl Output {
     /// Checks that `path` can be written, before the work begins.
     ///
     /// # Errors
-    /// Where it cannot.
+    /// If it cannot.
     pub fn create(path: &Path) -> Result<Self, OutputError> {
         let to = To::open(path).map_err(|error| OutputError {
             path: path.to_owned(),

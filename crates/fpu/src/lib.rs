@@ -1,4 +1,4 @@
-//! The square root of the processor's FPU, where it has one.
+//! The square root of the processor's FPU, if it has one.
 //!
 //! A Cortex-M4F computes the root of an `f32` in one instruction of 14 cycles (Arm DDI 0439, table
 //! 7-1). `core` does not offer this instruction, and `libm` computes the root in 58 instructions.
@@ -15,7 +15,7 @@ pub fn sqrt(x: f32) -> f32 {
     root(x)
 }
 
-// This ABI passes floats in the FPU's registers, so it is used only where there is an FPU. Every
+// This ABI passes floats in the FPU's registers, so it is used only if there is an FPU. Every
 // such FPU has the instruction (VFPv2 and later).
 #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
 #[allow(unsafe_code)]

@@ -95,7 +95,7 @@ impl<const N: usize> Block<N> {
         })
     }
 
-    /// Reads the `%` or the checksum that ends the words. Returns `error` where neither is there.
+    /// Reads the `%` or the checksum that ends the words. Returns `error` if neither is there.
     fn end(mut self, line: &[u8], error: Error) -> Result<Self, Error> {
         let (before, rest) = line.split_at_checked(error.column).unwrap_or((line, &[]));
         let bare = self.words.is_empty() && !self.deleted;

@@ -86,7 +86,7 @@ pub struct Heater {
     kept: f32,
     celsius: f32,
     on: bool,
-    /// Whether it has been at its target since the target was set.
+    /// True if it has been at its target since the target was set.
     reached: bool,
     watch: Option<Watch>,
 }
@@ -114,12 +114,12 @@ impl Heater {
         self.celsius
     }
 
-    /// Its target, °C; 0 where it is off.
+    /// Its target, °C; 0 if it is off.
     pub const fn target(&self) -> f32 {
         self.target
     }
 
-    /// Whether it is off, or has reached its target.
+    /// Returns true if it is off, or has reached its target.
     pub fn is_ready(&self) -> bool {
         self.target == 0.0 || self.reached
     }

@@ -56,7 +56,7 @@ pub trait HeatPort {
         let _ = on;
     }
 
-    /// Whether another device reports a fault of the heaters, such as another controller or a
+    /// True if another device reports a fault of the heaters, such as another controller or a
     /// thermal cut-out.
     fn external_fault(&mut self) -> bool {
         false
@@ -67,11 +67,11 @@ pub trait HeatPort {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Gates {
     /// The extruder's axis, counted from 0, which does not turn below the heater's
-    /// [`Limits::extrusion`]; `None` where there is none.
+    /// [`Limits::extrusion`]; `None` if there is none.
     pub extruder_axis: Option<usize>,
     /// The outputs (M62, M64) that go on only from that temperature on, one bit for each output.
     pub feeders: u8,
-    /// Whether a program's moves wait until all heaters that have a target have reached it.
+    /// True if a program's moves wait until all heaters that have a target have reached it.
     pub wait_until_ready: bool,
 }
 
@@ -82,11 +82,11 @@ pub struct HeatConfig {
     pub gates: Gates,
     /// The heater of M104 and M109, counted from 0.
     pub nozzle: usize,
-    /// The heater of M140 and M190, counted from 0; `None` where there is no bed.
+    /// The heater of M140 and M190, counted from 0; `None` if there is no bed.
     pub bed: Option<usize>,
     /// The reference voltage of the sensors, V.
     pub reference: f32,
-    /// Whether there is a fan: without one M106 and M107 are refused.
+    /// True if there is a fan: without one M106 and M107 are refused.
     pub fan: bool,
 }
 
@@ -174,7 +174,7 @@ impl<P: HeatPort, const N: usize> Heat<P, N> {
         }
     }
 
-    /// Whether the heaters that an M code waits for are ready.
+    /// Returns true if the heaters that an M code waits for are ready.
     fn is_ready(&self, call: &Call) -> bool {
         match call.code {
             116 => self.heaters.iter().all(Heater::is_ready),

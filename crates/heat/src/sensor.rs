@@ -59,7 +59,7 @@ impl Sensor {
         }
     }
 
-    /// Whether a broken wire reads as cold: the wire of a thermistor does. The input of an
+    /// Returns true if a broken wire reads as cold: the wire of a thermistor does. The input of an
     /// amplifier needs a pull-up, so that a broken wire reads as hot.
     pub(crate) const fn is_cold_if_open(self) -> bool {
         matches!(self, Self::Thermistor { .. })

@@ -67,7 +67,7 @@ fn ensure(is_met: bool, error: ConfigError) -> Result<(), ConfigError> {
     }
 }
 
-/// Whether a value is a number above 0. NaN is not.
+/// Returns true if a value is a number above 0. NaN is not.
 fn is_positive(value: f32) -> bool {
     value > 0.0 && value.is_finite()
 }

@@ -27,7 +27,7 @@ struct Body {
     tau: f32,
     /// The temperature that the sensor reads in place of the real one.
     reads: Option<f32>,
-    /// Whether the relay is stuck.
+    /// True if the relay is stuck.
     stuck: bool,
     most: f32,
     switched: u32,

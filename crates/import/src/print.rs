@@ -44,9 +44,9 @@ pub fn job(text: &str, options: &Options) -> Result<Job, Faults> {
 
 #[derive(Default)]
 struct Printer {
-    /// Where the tool stands after homing, in the file's coordinates.
+    /// The tool's place after homing, in the file's coordinates.
     home: Option<[Mm; 3]>,
-    /// Whether motion may be under way.
+    /// True if motion may be under way.
     moves: bool,
     /// The place in the file's coordinates, as far as it is known.
     place: Place,

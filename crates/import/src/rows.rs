@@ -22,7 +22,7 @@ pub struct Options {
     pub lift: Mm,
     /// Speed of the spindle, 1/min.
     pub spindle: u32,
-    /// Whether the tool moves down and up between two switches (M3, M5), and not by a plunge and a
+    /// True if the tool moves down and up between two switches (M3, M5), and not by a plunge and a
     /// lift of Z.
     pub has_switches: bool,
 }
@@ -127,7 +127,7 @@ struct Table {
     columns: [usize; 3],
     /// The most columns of a row.
     count: usize,
-    /// Whether a first line names the columns.
+    /// True if a first line names the columns.
     is_named: bool,
 }
 

@@ -23,7 +23,7 @@ pub struct Options {
     pub on: String,
     /// The line that switches the extruder off.
     pub off: String,
-    /// Whether rows are ways from the point before, and not places.
+    /// True if rows are ways from the point before, and not places.
     pub is_incremental: bool,
     /// The temperature of the nozzle, °C; `None` if something else heats it.
     pub nozzle: Option<u16>,
@@ -167,7 +167,7 @@ fn rows(text: &str) -> Result<(Vec<Row>, bool), Faults> {
     }
 }
 
-/// Whether this is any version 1, such as `RPcode.V.1.0.0`.
+/// Returns true if this is any version 1, such as `RPcode.V.1.0.0`.
 fn is_version(header: &str) -> bool {
     let Some(numbers) = header.strip_prefix("RPcode.V.") else {
         return false;

@@ -16,8 +16,8 @@ use leadscrew_gcode::Number;
 ///
 /// # Errors
 ///
-/// [`Status::InvalidTarget`] where start and end are the same: the circle could lie anywhere.
-/// [`Status::ArcRadiusTooSmall`] where the radius is less than half the chord.
+/// [`Status::InvalidTarget`] if start and end are the same: the circle could lie anywhere.
+/// [`Status::ArcRadiusTooSmall`] if the radius is less than half the chord.
 pub(super) fn centre_from_radius(
     travel: [Coordinate; 2],
     radius: Coordinate,
@@ -49,7 +49,7 @@ pub(super) fn centre_from_radius(
 ///
 /// # Errors
 ///
-/// [`Status::InvalidTarget`] where they are not.
+/// [`Status::InvalidTarget`] if they are not.
 pub(super) fn check_centre(travel: [Coordinate; 2], centre: [Coordinate; 2]) -> Result<(), Status> {
     let [x, y] = travel;
     let [i, j] = centre;

@@ -4,7 +4,7 @@
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum AxisKind {
-    /// Millimetres; inches where G20 is in force.
+    /// Millimetres; inches if G20 is in force.
     #[default]
     Linear,
     /// Degrees, never inches.
@@ -19,7 +19,7 @@ pub enum AxisKind {
 }
 
 impl AxisKind {
-    /// How many axes there are.
+    /// The number of axes.
     pub fn count<const AXES: usize>(axes: &[Self; AXES]) -> usize {
         if AXES <= WITHOUT_EXTRUDER {
             return AXES;

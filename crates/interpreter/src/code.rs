@@ -390,7 +390,7 @@ impl Groups {
         Self(self.0 & !other.0)
     }
 
-    /// Whether one of these is there.
+    /// Returns true if one of these is there.
     pub(super) const fn have_any(self, others: Self) -> bool {
         self.0 & others.0 != 0
     }

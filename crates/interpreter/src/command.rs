@@ -93,7 +93,7 @@ pub enum Command<const AXES: usize> {
     ProgramEnd,
 }
 
-/// Where a motion goes and how.
+/// The target of a motion, and its manner.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Travel<const AXES: usize> {
@@ -107,7 +107,7 @@ pub struct Travel<const AXES: usize> {
     pub line_number: Option<u32>,
 }
 
-/// How fast a motion is.
+/// The speed of a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Feed {
@@ -125,7 +125,7 @@ pub enum Feed {
 ///
 /// Without laser mode only [`Command::Spindle`] sets the output. In laser mode a motion sets it for
 /// its own duration: `speed` under M3, `speed` scaled by actual over programmed speed under M4,
-/// nothing where it is not `cutting`. At rest the output is `speed` under M3 where `cutting`, and
+/// nothing if it is not `cutting`. At rest the output is `speed` under M3 if `cutting`, and
 /// otherwise off. A [`Command::Line`] that turns out shorter than a step still sets the output at
 /// rest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -145,7 +145,7 @@ pub struct Spindle {
 pub struct ArcShape {
     /// The plane in which it turns; the other axes move along evenly.
     pub plane: Plane,
-    /// Which way. Where target and start have the same place in the plane, the arc is a full
+    /// Which way. If target and start have the same place in the plane, the arc is a full
     /// circle.
     pub turn: Turn,
     /// From the start to the centre, along the two axes of [`Plane::axes`].
@@ -168,9 +168,9 @@ pub struct Jog<const AXES: usize> {
 pub enum OffsetId {
     /// The origin of a work coordinate system.
     Work(WorkSystem),
-    /// Where G28 goes.
+    /// The target of G28.
     G28,
-    /// Where G30 goes.
+    /// The target of G30.
     G30,
 }
 

@@ -64,7 +64,7 @@ pub struct Dialect {
 }
 
 impl Dialect {
-    /// Whether the machine knows LinuxCNC's words. A build without the feature `linuxcnc` has no
+    /// True if the machine knows LinuxCNC's words. A build without the feature `linuxcnc` has no
     /// code for them: firmware for small chips.
     pub const fn has_linuxcnc(&self) -> bool {
         cfg!(feature = "linuxcnc") && self.linuxcnc
@@ -81,7 +81,7 @@ impl Dialect {
 }
 
 /// Returns the length of the tool with this number, or for `None` the length of the tool in the
-/// spindle. The answer is `None` where there is no such tool.
+/// spindle. The answer is `None` if there is no such tool.
 type LengthOf<'a> = dyn Fn(Option<u32>) -> Option<Coordinate> + 'a;
 
 /// The lengths of tools, if the machine has a table of them.

@@ -17,7 +17,7 @@ const THREE_OF_AN_INCH: f32 = 0.0127;
 /// The decimals of the last sixteen lines with coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Decimals {
-    /// One bit a line, set where a coordinate has more than two decimals (in inches: three).
+    /// One bit a line, set if a coordinate has more than two decimals (in inches: three).
     fine: u16,
 }
 

@@ -12,7 +12,7 @@ use leadscrew_gcode::{words, Error, ErrorKind, Letter, Word};
 pub struct Fault {
     /// The answer to the line.
     pub status: Status,
-    /// Byte offset in the filtered line, from 0; its length where something is missing at the end.
+    /// Byte offset in the filtered line, from 0; its length if something is missing at the end.
     pub column: usize,
 }
 
@@ -64,7 +64,7 @@ pub(super) struct Refusal {
     pub(super) culprit: Culprit,
 }
 
-/// The word at which a [`Refusal`] points: the first of its kind, or the start of the line where
+/// The word at which a [`Refusal`] points: the first of its kind, or the start of the line if
 /// there is none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Culprit {

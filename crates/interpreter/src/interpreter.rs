@@ -115,7 +115,7 @@ impl<const AXES: usize> Interpreter<AXES> {
         Ok(())
     }
 
-    /// Whether the operator may send this line while a line of the program is put aside. It may
+    /// True if the operator may send this line while a line of the program is put aside. It may
     /// have probing, G4, G10 L1 and L20, tool length, and G words of modes. A line with a fault may
     /// be sent too: it is answered with its error.
     pub fn serves_operator(&self, line: &[u8], context: &Context<'_, AXES>) -> bool {
@@ -184,7 +184,7 @@ impl<const AXES: usize> Interpreter<AXES> {
         }
     }
 
-    /// Spindle, coolant and parking: a command only where something changes.
+    /// Spindle, coolant and parking: a command only if something changes.
     #[inline]
     fn switch(
         &self,
@@ -326,7 +326,7 @@ impl<const AXES: usize> Interpreter<AXES> {
         self.position = plan.target;
     }
 
-    /// The speed of a motion to the plan's target in G20. Where only axes move that turn, F counts
+    /// The speed of a motion to the plan's target in G20. If only axes move that turn, F counts
     /// degrees, which have no inches.
     pub(super) fn rate_in_inches(&self, plan: &Plan<AXES>, context: &Context<'_, AXES>) -> Number {
         match context.turns_alone(&self.position, &plan.target) {
@@ -385,7 +385,7 @@ impl<const AXES: usize> Interpreter<AXES> {
     }
 }
 
-/// Whether the line makes a [`Command::Spindle`].
+/// Returns true if the line makes a [`Command::Spindle`].
 ///
 /// In laser mode the motion carries the power. Then a line makes a command if it switches the laser
 /// on or off, or if it has no motion and changes S. Under M3 a line without motion also makes one

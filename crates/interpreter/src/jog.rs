@@ -10,7 +10,7 @@ use super::setup::Interpreter;
 use super::words::Block;
 
 impl<const AXES: usize> Interpreter<AXES> {
-    /// Reads a jog: the line after `$J=`. `None` where it has no axis words and hence moves
+    /// Reads a jog: the line after `$J=`. `None` if it has no axis words and hence moves
     /// nothing.
     ///
     /// Changes nothing, as it takes more than a line to accept a jog: the caller looks at the soft

@@ -80,7 +80,7 @@ impl Display for Turn {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ProbeKind {
-    /// Stop where contact is made (G38.2, G38.3); otherwise where it is lost (G38.4, G38.5).
+    /// Stop when contact is made (G38.2, G38.3); otherwise where it is lost (G38.4, G38.5).
     pub toward: bool,
     /// An alarm if the target is reached first (G38.2, G38.4).
     pub must_trigger: bool,
@@ -205,7 +205,7 @@ impl Display for Units {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Retract {
-    /// G98: to the level before the series of cycles, or to the R level where that is higher.
+    /// G98: to the level before the series of cycles, or to the R level if that is higher.
     #[default]
     Initial,
     /// G99: to the R level.
@@ -289,7 +289,7 @@ impl Display for Rotation {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Coolant {
-    /// M7, where the machine has it.
+    /// M7, if the machine has it.
     pub mist: bool,
     /// M8.
     pub flood: bool,
@@ -344,7 +344,7 @@ pub struct ModalState {
     pub plane: Plane,
     /// Absolute or incremental.
     pub distance: Distance,
-    /// M82 or M83: how E counts; `None` where E counts as the other axes do. G90 and G91 set this
+    /// M82 or M83: how E counts; `None` if E counts as the other axes do. G90 and G91 set this
     /// to `None`.
     pub extrusion: Option<Distance>,
     /// The meaning of F.
@@ -363,7 +363,7 @@ pub struct ModalState {
     pub parking: bool,
     /// The T word of the last line; GRBL forgets it with the next.
     pub tool: u32,
-    /// Feed rate: mm/min in G94 whatever the units, 1/min in G93; zero where none is set.
+    /// Feed rate: mm/min in G94 whatever the units, 1/min in G93; zero if none is set.
     pub feed: Number,
     /// Spindle speed, rev/min, or laser power: the last S word.
     pub speed: Number,
@@ -409,7 +409,7 @@ impl ModalState {
 
 impl Display for ModalState {
     /// Writes the modal words in the order of `$G`, without M56, T, F and S; G99 alone of its
-    /// group, as Grbl has no G98; M82 and M83 where they are in force.
+    /// group, as Grbl has no G98; M82 and M83 if they are in force.
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let extrusion = self.extrusion.map(|distance| match distance {
             Distance::Absolute => "M82",

@@ -8,7 +8,7 @@ use leadscrew_gcode::{Letter, Number};
 pub struct MCode {
     /// The letters of the words that belong to the code, a bit each.
     letters: u32,
-    /// Whether the rest of its line waits for its end.
+    /// True if the rest of its line waits for its end.
     first: bool,
 }
 
@@ -47,12 +47,12 @@ impl MCode {
         self.letters
     }
 
-    /// Whether the rest of its line waits for its end.
+    /// Returns true if the rest of its line waits for its end.
     pub const fn is_first(self) -> bool {
         self.first
     }
 
-    /// Whether this word belongs to it.
+    /// Returns true if this word belongs to it.
     pub const fn takes(self, letter: Letter) -> bool {
         self.letters & 1 << letter as u32 != 0
     }

@@ -154,7 +154,7 @@ impl<const AXES: usize> Block<AXES> {
         }
     }
 
-    /// Whether P is not 0, or is left out.
+    /// Returns true if P is not 0, or is left out.
     fn is_on(&self) -> bool {
         !self.letters.contains(Letter::P) || self.p != Number::default()
     }
@@ -187,7 +187,7 @@ impl<const AXES: usize> Block<AXES> {
         }
     }
 
-    /// Whether an M code of the line comes first, and the line has other words besides.
+    /// Returns true if an M code of the line comes first, and the line has other words besides.
     pub(super) fn has_rest(&self, own: OwnCodes<'_>) -> bool {
         if !self.groups.contains(Group::Own) {
             return false;
@@ -198,7 +198,7 @@ impl<const AXES: usize> Block<AXES> {
         })
     }
 
-    /// Whether the line has nothing but probing, G4, G10 L1 or L20, tool length and G words of
+    /// True if the line has nothing but probing, G4, G10 L1 or L20, tool length and G words of
     /// modes.
     pub(super) fn serves_operator(&self) -> bool {
         let probes = matches!(self.modal.motion, Motion::Probe(_));

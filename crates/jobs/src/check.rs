@@ -26,7 +26,7 @@ const KEPT: usize = 10_000;
 /// Checks a job called `name` to its end; hands out each complaint.
 ///
 /// # Errors
-/// Where the text cannot be read.
+/// If the text cannot be read.
 pub fn read_through(
     checker: &mut dyn Follow,
     name: &str,
@@ -110,7 +110,7 @@ pub struct CheckReport {
     /// Lines read from it.
     pub lines: u64,
     errors: Vec<Complaint>,
-    /// How many errors there were.
+    /// The number of errors.
     pub error_count: u64,
     warnings: Vec<Complaint>,
     warning_count: u64,
@@ -122,9 +122,9 @@ pub struct CheckReport {
     extents: Option<Extents>,
     cut_mm: f64,
     travel_mm: f64,
-    /// How long the job takes, if that was asked for.
+    /// The time that the job takes, if that was asked for.
     pub time: Option<Time>,
-    /// How long it takes on Grbl.
+    /// The time that it takes on Grbl.
     pub grbl: Option<Time>,
 }
 
@@ -242,9 +242,9 @@ impl fmt::Display for CheckReport {
 #[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
 struct JsonBranch {
     line: u64,
-    /// How often what follows it was run.
+    /// The number of times that what follows it was run.
     taken: u64,
-    /// How often it was passed over.
+    /// The number of times that it was passed over.
     passed: u64,
 }
 
@@ -283,10 +283,10 @@ pub struct CheckJson<'a> {
     /// The conditions that a program has met; only of a job with parameters, expressions or O words.
     #[serde(skip_serializing_if = "Option::is_none")]
     branches: Option<&'a [JsonBranch]>,
-    /// How long the job takes; with `--time`, and only where it has no error.
+    /// The time that the job takes; with `--time`, and only if it has no error.
     #[serde(skip_serializing_if = "Option::is_none")]
     time: Option<Time>,
-    /// How long Grbl takes; with `--as grbl`.
+    /// The time that Grbl takes; with `--as grbl`.
     #[serde(skip_serializing_if = "Option::is_none")]
     grbl: Option<Time>,
 }

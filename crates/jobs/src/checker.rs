@@ -4,6 +4,7 @@
 //! moved.
 
 mod bends;
+mod carriage;
 mod doubts;
 mod frame;
 mod known;
@@ -18,6 +19,7 @@ pub(crate) use standing::names_motion;
 use crate::complaint::{Complaint, Fault};
 use crate::machine::Machine;
 use crate::remark::{Done, Remark};
+use carriage::Carriage;
 use doubts::Habits;
 use frame::{is_in_machine_coordinates, Spans};
 use known::Probed;
@@ -35,7 +37,8 @@ use leadscrew_machine::settings::values::Settings;
 use leadscrew_machine::soft_limits;
 use leadscrew_planner::Coordinate;
 use leadscrew_program::World;
-use leadscrew_sim::own::{Own, OwnPins};
+use leadscrew_sim::own::{extension, Own, OwnPins};
+use leadscrew_sim::profile::Room;
 use leadscrew_sim::scene::{StrokeKind, ToolSizes, Tooling, Toolpath};
 use leadscrew_stepper::MAX_STEP_EVENTS;
 use standing::Standing;
@@ -53,8 +56,17 @@ enum LineFaultKind {
     Refused(LineFault),
     OutOfTravel,
     CannotFit,
+    LeavesFrame,
     TooLong,
     Unanswered,
+}
+
+/// How a move goes to its target.
+enum Way<'a> {
+    Straight,
+    /// It ends on its way, where the probe touches.
+    Probe,
+    Arc(&'a ArcShape),
 }
 
 /// Follows a program line by line, whatever the axes of its machine.
@@ -66,8 +78,11 @@ pub trait Follow {
     fn draw(&mut self);
     /// Takes the line with this number; returns the fault in it, if any.
     fn check(&mut self, number: u64, raw: &[u8]) -> Option<Complaint>;
-    /// Takes a line; returns whether the machine will refuse it.
-    fn refuses(&mut self, raw: &[u8]) -> bool;
+    /// Takes the carriages to stand where the machine's file puts them at power-up. From then on a
+    /// move that leaves the frame is a fault.
+    fn know_carriages(&mut self);
+    /// Takes the line with this number before the machine does; returns what will come of it.
+    fn foresee(&mut self, number: u64, raw: &[u8]) -> Foreseen;
     /// The effects of the line under way.
     fn last(&self) -> Done;
     /// Returns the likely mistakes in the line that was checked last. Each kind is told once in a
@@ -78,10 +93,10 @@ pub trait Follow {
     fn end(&mut self, last: u64, raw: &[u8]) -> Vec<(u64, Vec<u8>, Doubt)>;
     /// The path of the program so far.
     fn path(&self) -> &Toolpath;
-    /// Notes from here on by which words the program comes to where it stands. It stands at `start`,
+    /// Notes from here on by which words the program comes to its place. It stands at `start`,
     /// work coordinates, if that is known.
     fn stand(&mut self, start: Option<[Coordinate; 3]>);
-    /// Lines that bring a machine from anywhere to where the program stands.
+    /// Lines that bring a machine from anywhere to the program's place.
     ///
     /// # Errors
     /// A place that only the machine knew.
@@ -95,6 +110,17 @@ pub trait Follow {
     fn world(&self) -> &dyn World;
     /// Takes over where a probe has really ended, machine coordinates, mm, and whether it touched.
     fn end_probe(&mut self, at: &[f32], touched: bool);
+}
+
+/// What will come of a line that the machine has not taken yet.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Foreseen {
+    /// The machine takes it, or leaves it unanswered.
+    Taken,
+    /// The machine refuses it.
+    Refused,
+    /// The machine takes it, and the carriage cannot go there.
+    Crash(Complaint),
 }
 
 /// Begins a program called `file` on `machine` as it is after power-up.
@@ -118,12 +144,12 @@ struct Checker<const AXES: usize> {
     motors: usize,
     /// The M codes of the machine's extensions.
     own: Own<AXES>,
-    /// Where the program goes.
+    /// The program's path.
     path: Toolpath,
     tooling: Tooling,
     /// The tools that comments describe; kept only for a picture.
     tools: ToolSizes,
-    /// Whether targets outside the travel are faults even with soft limits off.
+    /// True if targets outside the travel are faults even with soft limits off.
     travel_counts: bool,
     /// The state of the machine.
     state: State<AXES>,
@@ -138,11 +164,15 @@ struct Checker<const AXES: usize> {
     /// True if the line that is being checked moves in machine coordinates.
     in_machine_coordinates: bool,
     spans: Spans<AXES>,
+    /// The carriages whose places are known.
+    carriages: [Option<Carriage>; AXES],
+    /// Where the machine's file says that carriages can go.
+    rooms: Vec<Option<Room>>,
     /// Axes that the program has homed: their places are known.
     homed: AxisMask,
     /// The number of the line that is being checked.
     number: u64,
-    /// By which words the program has come to where it stands, if somebody asks.
+    /// By which words the program has come to its place, if somebody asks.
     standing: Option<Standing<AXES>>,
     /// The end of the last probe.
     probed: Option<Probed<AXES>>,
@@ -177,14 +207,21 @@ impl<const AXES: usize> Follow for Checker<AXES> {
         Some(self.complaint(number, raw, &kind, detail))
     }
 
-    fn refuses(&mut self, raw: &[u8]) -> bool {
-        match self.check_line(raw) {
-            Ok(())
-            | Err((
-                LineFaultKind::OutOfTravel | LineFaultKind::CannotFit | LineFaultKind::Unanswered,
-                _,
-            )) => false,
-            Err((LineFaultKind::Refused(_) | LineFaultKind::TooLong, _)) => true,
+    fn know_carriages(&mut self) {
+        let rooms = std::mem::take(&mut self.rooms);
+        self.place_carriages(&rooms);
+    }
+
+    fn foresee(&mut self, number: u64, raw: &[u8]) -> Foreseen {
+        let Err((kind, detail)) = self.check_line(raw) else {
+            return Foreseen::Taken;
+        };
+        match kind {
+            LineFaultKind::OutOfTravel | LineFaultKind::Unanswered => Foreseen::Taken,
+            LineFaultKind::Refused(_) | LineFaultKind::TooLong => Foreseen::Refused,
+            LineFaultKind::CannotFit | LineFaultKind::LeavesFrame => {
+                Foreseen::Crash(self.complaint(number, raw, &kind, detail))
+            }
         }
     }
 
@@ -243,9 +280,7 @@ impl<const AXES: usize> Checker<AXES> {
             settings: Settings::new(machine.first()),
             interpreter: Interpreter::new(),
             motors: machine.file.motor_count(),
-            own: machine
-                .file
-                .extension(machine.outputs, None, OwnPins::default()),
+            own: extension(&machine.file, machine.outputs, None, OwnPins::default()),
             path: Toolpath::new([0.0; 3], false),
             tooling: machine.tooling(),
             tools: ToolSizes::default(),
@@ -256,7 +291,9 @@ impl<const AXES: usize> Checker<AXES> {
             raw: Vec::new(),
             habits: Habits::default(),
             in_machine_coordinates: false,
-            spans: Spans::NONE,
+            spans: Spans::BEGIN,
+            carriages: [None; AXES],
+            rooms: machine.file.rooms(),
             homed: 0,
             number: 0,
             standing: None,
@@ -328,7 +365,7 @@ impl<const AXES: usize> Checker<AXES> {
     /// checked along its whole way.
     fn check_command(&mut self, at: &mut [Coordinate; AXES], command: &Command<AXES>) -> Finding {
         match command {
-            Command::Line(travel) => self.go(at, travel, None),
+            Command::Line(travel) => self.go(at, travel, Way::Straight),
             Command::Probe { travel, .. } => {
                 // A probe cuts nothing: its way is travel.
                 let feed = Feed::Rapid;
@@ -337,9 +374,9 @@ impl<const AXES: usize> Checker<AXES> {
                     at: at_end,
                     touched,
                 });
-                self.go(at, &Travel { feed, ..*travel }, None)
+                self.go(at, &Travel { feed, ..*travel }, Way::Probe)
             }
-            Command::Arc { travel, arc } => self.go(at, travel, Some(arc)),
+            Command::Arc { travel, arc } => self.go(at, travel, Way::Arc(arc)),
             Command::Cycle { travel, cycle } => {
                 let clearance = self.settings.value(Setting::PeckClearance);
                 let clearance = Coordinate::from_nanos(clearance.nanos());
@@ -392,12 +429,7 @@ impl<const AXES: usize> Checker<AXES> {
         }
     }
 
-    fn go(
-        &mut self,
-        at: &mut [Coordinate; AXES],
-        travel: &Travel<AXES>,
-        arc: Option<&ArcShape>,
-    ) -> Finding {
+    fn go(&mut self, at: &mut [Coordinate; AXES], travel: &Travel<AXES>, way: Way<'_>) -> Finding {
         let start = std::mem::replace(at, travel.target);
         self.moves |= !self.is_checking();
         self.see_move(&start, travel);
@@ -412,13 +444,15 @@ impl<const AXES: usize> Checker<AXES> {
                 self.tooling.feed(&start, &travel.target, power, is_laser)
             }
         };
-        let Some(arc) = arc else {
-            self.draw_to(&travel.target, kind);
-            self.check_length(&start, &travel.target)?;
-            self.check_travel(&travel.target)?;
-            return self.check_span(&travel.target);
-        };
-        self.bend(&start, travel, arc, kind)
+        if let Way::Arc(arc) = way {
+            return self.bend(&start, travel, arc, kind);
+        }
+        self.draw_to(&travel.target, kind);
+        self.check_length(&start, &travel.target)?;
+        match way {
+            Way::Probe => self.check_travel(&travel.target),
+            Way::Straight | Way::Arc(_) => self.check_place(&travel.target),
+        }
     }
 
     /// Notes a move, unless nothing moves.
@@ -528,6 +562,7 @@ impl<const AXES: usize> Checker<AXES> {
             }
             LineFaultKind::OutOfTravel => (Fault::Remark(Remark::OutsideTravel), None),
             LineFaultKind::CannotFit => (Fault::CannotFit, None),
+            LineFaultKind::LeavesFrame => (Fault::LeavesFrame, None),
             LineFaultKind::TooLong => (Fault::TooLong, None),
             LineFaultKind::Unanswered => (Fault::Unanswered, None),
         };

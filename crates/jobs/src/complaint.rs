@@ -27,8 +27,10 @@ pub enum Fault {
     Alarm(Alarm),
     /// `error:33`, because a move has more steps than can be counted.
     TooLong,
-    /// The job is longer than the travel of an axis, wherever its zero is.
+    /// The job goes farther than the travel of an axis, wherever in it work zero is.
     CannotFit,
+    /// The carriage of a simulated machine leaves its frame, and no switch stops it.
+    LeavesFrame,
     /// The machine has not answered, and will not.
     Unanswered,
     /// A program with parameters, expressions or O words cannot go on. The details say why.
@@ -46,12 +48,13 @@ impl Fault {
             | Self::Alarm(_)
             | Self::TooLong
             | Self::CannotFit
+            | Self::LeavesFrame
             | Self::Program
             | Self::Unanswered => "error",
         }
     }
 
-    /// Whether the machine accepts the line.
+    /// Returns true if the machine accepts the line.
     pub fn is_remark(self) -> bool {
         matches!(self, Self::Remark(_))
     }
@@ -60,7 +63,11 @@ impl Fault {
     pub fn code(self) -> u8 {
         match self {
             Self::TooLong => Status::InvalidTarget.number(),
-            Self::Remark(_) | Self::CannotFit | Self::Unanswered | Self::Program => 0,
+            Self::Remark(_)
+            | Self::CannotFit
+            | Self::LeavesFrame
+            | Self::Unanswered
+            | Self::Program => 0,
             Self::Error(status) => status.number(),
             Self::Alarm(alarm) => alarm.number(),
         }
@@ -71,6 +78,7 @@ impl Fault {
         match self {
             Self::TooLong => "the move has more steps than can be counted",
             Self::CannotFit => "the job does not fit the travel",
+            Self::LeavesFrame => "the carriage leaves its frame",
             Self::Unanswered => "the machine leaves the line unanswered",
             Self::Program => "the program cannot go on",
             Self::Remark(remark) => remark.message(),
@@ -85,7 +93,12 @@ impl Fault {
         match self {
             Self::TooLong => "67 108 863 steps of one motor are the most: divide the move.",
             Self::CannotFit => {
-                "From no work zero do all its places lie within the travel. Turn or divide the job."
+                "From no work zero in the travel do all its places lie in it. Turn or divide the job, \
+                 or move its zero to it. `check --origin X,Y,Z` says that zero is elsewhere."
+            }
+            Self::LeavesFrame => {
+                "A real carriage would run against the end and lose steps. `run` begins at `start` of \
+                 the machine file; a job may home ($H) and set its zero (G10 L2, G92)."
             }
             Self::Unanswered => {
                 "It sleeps until a reset ($SLP), waits for its door to be closed (0x84 opens it), or \
@@ -126,7 +139,9 @@ impl fmt::Display for Fault {
         match self {
             Self::Error(_) | Self::TooLong => write!(f, "error:{}", self.code()),
             Self::Alarm(_) => write!(f, "ALARM:{}", self.code()),
-            Self::CannotFit | Self::Unanswered | Self::Program => f.write_str("error"),
+            Self::CannotFit | Self::LeavesFrame | Self::Unanswered | Self::Program => {
+                f.write_str("error")
+            }
             Self::Remark(_) => f.write_str("warning"),
         }
     }
@@ -219,7 +234,7 @@ impl Complaint {
         format!("::{level} file={file},line={line}{column},title={title}::{message}")
     }
 
-    /// The text from the column on; empty where the fault has no place.
+    /// The text from the column on; empty if the fault has no place.
     pub fn from_column(&self) -> &str {
         let begin = self
             .column
@@ -235,6 +250,7 @@ impl Complaint {
             Fault::Alarm(_)
             | Fault::TooLong
             | Fault::CannotFit
+            | Fault::LeavesFrame
             | Fault::Unanswered
             | Fault::Program
             | Fault::Remark(_) => None,

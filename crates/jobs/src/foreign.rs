@@ -81,7 +81,7 @@ fn board(text: &str, machine: &Machine, faulty: impl Fn(Faults) -> String) -> Re
     })
 }
 
-/// Z between holes where neither an option nor the machine file gives it.
+/// Z between holes if neither an option nor the machine file gives it.
 const CLEARANCE: Mm = Mm::from_nanos(2_000_000_000);
 
 /// How a board is drilled by the machine file; depth and feed may be told in its place.
@@ -130,7 +130,7 @@ pub fn board_speeds(machine: &Machine) -> Speeds {
     }
 }
 
-/// Where the tool of a printer stands after homing, in its files' coordinates: their zero is at the
+/// The place of a printer's tool after homing, in its files' coordinates: their zero is at the
 /// home switches. `None` for a machine that does not home X, Y and Z at their low ends.
 fn home_of(machine: &Machine) -> Option<[Mm; 3]> {
     let axes = &machine.file.axes;
@@ -179,7 +179,7 @@ fn kind(head: &str) -> Option<Foreign> {
     }
 }
 
-/// Whether a line describes a drill, such as `T1C0.8`.
+/// Returns true if a line describes a drill, such as `T1C0.8`.
 fn is_tool(line: &str) -> bool {
     let digits = |text: &str| {
         text.find(|c: char| !c.is_ascii_digit())
@@ -193,7 +193,7 @@ fn is_tool(line: &str) -> bool {
     end > 0 && size.is_some_and(|size| size.starts_with(|c: char| c.is_ascii_digit() || c == '.'))
 }
 
-/// Whether a line names the columns of an engraver's rows.
+/// Returns true if a line names the columns of an engraver's rows.
 fn names_columns(line: &str) -> bool {
     let line = line.to_ascii_lowercase();
     let names: Vec<&str> = line

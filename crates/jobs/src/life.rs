@@ -35,7 +35,9 @@ impl Cause {
     /// The cause in words: an error with its short text, since few know its number.
     fn words(self) -> String {
         match self {
-            Self::Fault(fault @ (Fault::Error(_) | Fault::TooLong)) => {
+            Self::Fault(
+                fault @ (Fault::Error(_) | Fault::TooLong | Fault::CannotFit | Fault::LeavesFrame),
+            ) => {
                 format!("{fault} ({})", fault.message())
             }
             Self::Fault(_) | Self::Reset | Self::Sleep | Self::Door | Self::Silence => self.name(),

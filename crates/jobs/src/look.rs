@@ -33,7 +33,7 @@ pub struct Job {
     pub text: Vec<u8>,
     /// The machine's settings, lines as `$$` prints them.
     pub settings: String,
-    /// Where work zero is, machine position, axis by axis, mm.
+    /// The place of work zero, machine position, axis by axis, mm.
     pub origin: Vec<f32>,
 }
 
@@ -186,7 +186,7 @@ fn check(job: &Job, machine: &Machine) -> io::Result<Checked> {
     })
 }
 
-/// Whether a job homes the machine.
+/// Returns true if a job homes the machine.
 fn homes(text: &[u8]) -> bool {
     let begins = |line: &[u8]| {
         let mut bare = line.iter().filter(|byte| !byte.is_ascii_whitespace());
@@ -223,6 +223,7 @@ fn time(
         keep_answers: true,
         warn: false,
         only_times: false,
+        knows_place: false,
         tell: |_| {},
     };
     let text = Watched {
@@ -241,7 +242,7 @@ fn time(
     }
 }
 
-/// The text of a job for a reader. It reports how much was read, and ends early where `go_on`
+/// The text of a job for a reader. It reports how much was read, and ends early if `go_on`
 /// returns false.
 struct Watched<'a> {
     size: usize,

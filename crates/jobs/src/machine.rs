@@ -14,6 +14,7 @@ use leadscrew_outputs::OutputsConfig;
 use leadscrew_sim::oven::HeatFault;
 use leadscrew_sim::profile::{BufferSize, LookAhead, Profile, MOST_AXES};
 use leadscrew_sim::scene::Tooling;
+use leadscrew_sim::Fixtures;
 
 /// A machine: its file, and its settings.
 #[derive(Clone, Debug)]
@@ -125,7 +126,7 @@ impl Machine {
     }
 }
 
-/// How long the simulated board takes to make steps.
+/// The time that the simulated board takes to make steps.
 pub const TIMING: StepTiming = StepTiming::F407;
 
 /// The settings as the defaults of a new machine. They live as long as the process.

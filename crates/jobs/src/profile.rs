@@ -1,4 +1,4 @@
-//! Where the time of a job goes, and which settings would make it faster.
+//! How the time of a job is spent, and which settings would make it faster.
 
 use crate::complaint::Complaint;
 use crate::json::{error_json, JsonError, JSON_VERSION};
@@ -54,7 +54,7 @@ pub fn limits_of(chosen: &Chosen) -> Machine {
 pub struct Trial {
     /// The change of settings, for example `$120=400 (now 200)`.
     pub change: String,
-    /// How much shorter the job is, s.
+    /// The amount by which the job is shorter, s.
     pub seconds_saved: f64,
 }
 
@@ -77,7 +77,7 @@ pub struct ProfileReport {
     pub job_cycles: u64,
     /// The stretches in which one limit binds, if they were kept.
     pub stretches: Vec<Stretch>,
-    /// How long each limit binds.
+    /// The time that each limit binds.
     pub shares: Vec<Share>,
     /// The savings of changes that were tried.
     pub trials: Vec<Trial>,
@@ -116,7 +116,7 @@ impl ProfileReport {
         }
     }
 
-    /// Whether the job met neither an error nor an alarm.
+    /// Returns true if the job met neither an error nor an alarm.
     pub fn is_clean(&self) -> bool {
         self.error_count == 0 && self.alarm.is_none()
     }

@@ -14,7 +14,7 @@ use std::io::{self, BufRead};
 /// The rest of a job.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Rest {
-    /// Lines that bring the machine to where the job stands.
+    /// Lines that bring the machine to the job's place.
     pub preamble: Vec<String>,
     /// The job's own lines.
     pub lines: Vec<Vec<u8>>,
@@ -23,7 +23,7 @@ pub struct Rest {
 /// Makes the rest of a job called `name`.
 ///
 /// # Errors
-/// Where its text cannot be read; within, why the job cannot be begun there.
+/// If its text cannot be read; within, why the job cannot be begun there.
 pub fn rest_of(
     machine: &Machine,
     name: &str,
@@ -70,7 +70,7 @@ pub fn rest_of(
     }))
 }
 
-/// Whether the first of these lines that moves an axis leaves its motion to a line before.
+/// Returns true if the first of these lines that moves an axis leaves its motion to a line before.
 fn goes_on(lines: &[Vec<u8>]) -> bool {
     for line in lines.iter().filter(|line| !line.starts_with(b"$")) {
         let words: Vec<Word> = words(line).flatten().collect();

@@ -57,7 +57,7 @@ pub fn read(path: &Path) -> Result<Vec<SettingLine>, SettingsError> {
 /// Reads the value of a `--set` option.
 ///
 /// # Errors
-/// Where it is no setting.
+/// If it is no setting.
 pub fn option(text: &str) -> Result<SettingLine, SettingsError> {
     setting(text.trim(), format!("--set '{text}'"))
 }

@@ -20,6 +20,7 @@ use leadscrew_sim::outcome::Outcome;
 use leadscrew_sim::powered::{Powered, Supply, MOST_MOTORS};
 use leadscrew_sim::scene::ToolSizes;
 use leadscrew_sim::streamer::{Replies, Streamer, Streaming};
+use leadscrew_sim::PowerUp;
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::io::{self, BufRead};
@@ -28,7 +29,7 @@ use std::rc::Rc;
 /// The realtime byte that raises the feed override by 10 %.
 const FEED_TEN_MORE: u8 = 0x91;
 
-/// How long Grbl takes for a line of a program, µs. The recorded raster (`laser_raster_m4` of
+/// The time that Grbl takes for a line of a program, µs. The recorded raster (`laser_raster_m4` of
 /// tests/conformance/traces) goes at 72.8 mm/s along pixels of 0.2 mm, 2.75 ms each, though its
 /// look-ahead and its serial line allow more; while it moves faster, a line takes longer. With this
 /// time both recorded rasters agree within 1.3 %.
@@ -46,16 +47,19 @@ pub struct Stream<'a> {
     pub machine: &'a Machine,
     /// The serial line.
     pub rate: Rate,
-    /// Whether lines after a refused one are sent all the same.
+    /// True if lines after a refused one are sent all the same.
     pub keep_going: bool,
     /// The feed override, 100 to 200 in tens.
     pub feed_percent: u8,
-    /// Whether to keep which line each answer was for (8 bytes a line), and the sizes of the tools.
+    /// True if to keep which line each answer was for (8 bytes a line), and the sizes of the tools.
     pub keep_answers: bool,
-    /// Whether to report likely mistakes.
+    /// True if to report likely mistakes.
     pub warn: bool,
-    /// Whether only times count: no step is seen by an observer, and no peak is measured.
+    /// True if only times count: no step is seen by an observer, and no peak is measured.
     pub only_times: bool,
+    /// True if the carriages stand where the machine's file puts them: a job ends before a line
+    /// that they cannot follow. Otherwise the job is run for what it does, wherever it begins.
+    pub knows_place: bool,
     /// Is called with news while the job runs.
     pub tell: fn(&News<'_>),
 }
@@ -78,17 +82,17 @@ pub struct Streamed<O> {
     pub lines: u64,
     /// The errors that were kept in full.
     pub errors: Vec<Complaint>,
-    /// How many errors there were.
+    /// The number of errors.
     pub error_count: u64,
     /// The alarm that ended the job.
     pub alarm: Option<Complaint>,
-    /// Likely mistakes, as `check` finds them, up to 10 000; empty where they were not asked for.
+    /// Likely mistakes, as `check` finds them, up to 10 000; empty if they were not asked for.
     pub warnings: Vec<Complaint>,
-    /// How many likely mistakes there were.
+    /// The number of likely mistakes.
     pub warning_count: u64,
     /// How the job ended.
     pub end: End,
-    /// Where the program waited for its operator (M0, M6); somebody went on at once.
+    /// The lines at which the program waited for its operator (M0, M6); somebody went on at once.
     pub waits: Vec<Wait>,
     /// The tools that it asked for.
     pub tools: Vec<u32>,
@@ -104,7 +108,7 @@ impl Stream<'_> {
     /// Streams the job called `name` to its end while `observer` watches.
     ///
     /// # Errors
-    /// Where its text cannot be read to its end.
+    /// If its text cannot be read to its end.
     pub fn run<O: Observer>(
         &self,
         name: &str,
@@ -168,13 +172,17 @@ impl Stream<'_> {
     }
 
     fn complaints(&self, name: &str, faults: Faults, reads_machine: bool) -> Complaints {
-        let checker =
-            (self.warn || !self.keep_going || reads_machine).then(|| follow(name, self.machine));
+        let looks_ahead = self.warn || !self.keep_going || reads_machine || self.knows_place;
+        let mut checker = looks_ahead.then(|| follow(name, self.machine));
+        if let Some(checker) = checker.as_mut().filter(|_| self.knows_place) {
+            checker.know_carriages();
+        }
         Complaints {
             answered: self.keep_answers.then(Vec::new),
             sizes: self.keep_answers.then(Sizes::default),
             remarks: self.warn.then(Remarks::default),
             keep_going: self.keep_going,
+            knows_place: self.knows_place,
             ..Complaints::new(name, faults, checker, self.tell)
         }
     }
@@ -205,7 +213,7 @@ impl Stream<'_> {
     }
 }
 
-/// Whether a job shows in its first bytes that it is a program: it may read where the machine is,
+/// True if a job shows in its first bytes that it is a program: it may read where the machine is,
 /// which a checker knows.
 fn begins_as_program(head: &[u8]) -> bool {
     head.split(|byte| matches!(byte, b'\n' | b'\r'))
@@ -304,7 +312,7 @@ impl<R: BufRead, F: Replies> Host for Operator<R, F> {
     }
 }
 
-/// The lines that the machine has answered; empty where they were not asked for.
+/// The lines that the machine has answered; empty if they were not asked for.
 #[derive(Default)]
 pub struct Counted {
     /// For each answer, in order, the line of the file; 0 for the operator's own lines.
@@ -314,7 +322,7 @@ pub struct Counted {
 }
 
 impl Counted {
-    /// The line of the file that the machine counts as its line `number`; `None` where there is
+    /// The line of the file that the machine counts as its line `number`; `None` if there is
     /// none.
     pub fn line(&self, number: u32) -> Option<u64> {
         let index = usize::try_from(number).ok()?.checked_sub(1)?;

@@ -1,4 +1,4 @@
-//! How long a job takes: lines are planned and segments made, but no steps on pins.
+//! The time that a job takes: lines are planned and segments made, but no steps on pins.
 
 use crate::life::End;
 use crate::machine::Machine;
@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use std::io::{self, BufRead};
 
-/// How long a job takes on a machine.
+/// The time that a job takes on a machine.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, JsonSchema)]
 pub struct Time {
     /// From the first byte until motion rests and all has been answered, s.
@@ -27,7 +27,7 @@ pub struct Time {
 /// the tick if its line never waits.
 ///
 /// # Errors
-/// Where its text cannot be read to its end.
+/// If its text cannot be read to its end.
 pub fn time(machine: &Machine, rate: Rate, name: &str, text: impl BufRead) -> io::Result<Time> {
     let stream = Stream {
         machine,
@@ -38,6 +38,7 @@ pub fn time(machine: &Machine, rate: Rate, name: &str, text: impl BufRead) -> io
         keep_answers: false,
         warn: false,
         only_times: true,
+        knows_place: false,
         tell: |_| {},
     };
     let done = stream.run(name, text, ())?;

@@ -3,6 +3,7 @@
 use crate::life::{End, Wait};
 use crate::time::Time;
 use leadscrew_sim::profile::Profile;
+use leadscrew_sim::Fixtures;
 
 /// A job's name without its folders, for a picture.
 pub fn title(file: &str) -> String {
@@ -31,7 +32,7 @@ pub fn duration(seconds: f64) -> String {
     }
 }
 
-/// How long a job takes here, and beside it on `grbl`.
+/// The time that a job takes here, and beside it on `grbl`.
 pub(crate) fn times(here: &Time, grbl: Option<&Time>) -> String {
     let stopped = match here.end {
         End::Done { .. } => String::new(),

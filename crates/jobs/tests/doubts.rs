@@ -158,3 +158,46 @@ fn the_usual_first_line_of_a_cam_program_leads_onto_the_switch() {
     );
     expect(ROUTER, &["$21=0"], "G28 G91 Z0\n", &[]);
 }
+
+#[test]
+fn a_job_that_is_farther_from_its_zero_than_the_travel_is_an_error() {
+    // An axis of 410 mm; work zero lies somewhere in it.
+    for job in [
+        "G21 G90\nG1 X450 F3000\n",
+        "G21 G90\nG0 X-411\n",
+        "G91\nG0 X300\nX111\n",
+        "G20\nG0 X17\n",
+        "G0 X450\nX460\n",
+        "G0 X300\nG3 X300 Y20 I60 J10 F500\n",
+    ] {
+        let [(_, code)] = &found(LASER, &[], job)[..] else {
+            panic!("{job}: {:?}", found(LASER, &[], job));
+        };
+        assert_eq!(code, "0", "{job}");
+    }
+    let fits = [
+        "G0 X410\n",
+        "G0 X-410\n",
+        "G20\nG0 X16\n",
+        // The program sets a zero: it may lie outside.
+        "G92 X100\nG0 X450\n",
+        "G10 L2 P1 X-500\nG0 X450\n",
+        "G55\nG0 X450\n",
+        // A probe ends where it touches; nothing moves in check mode.
+        "G38.3 X-450 F100\n",
+        "$C\nG0 X450\n",
+    ];
+    for job in fits {
+        expect(LASER, &[], job, &[]);
+    }
+}
+
+#[test]
+fn a_travel_that_somebody_has_set_is_known_without_homing() {
+    let named = "[axes.x]\ntravel = 300\nrate_mm_min = 3000\n";
+    expect(named, &[], "G0 X310\n", &[(1, "0")]);
+    expect("", &["$130=300"], "G0 X310\n", &[(1, "0")]);
+    expect("", &["$130=300"], "G0 X300 Y500\n", &[]);
+    let turns = "[axes.a]\nrotary = true\ntravel = 360\n";
+    expect(turns, &[], "G0 A3600\n", &[]);
+}

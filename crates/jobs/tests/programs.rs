@@ -35,6 +35,7 @@ fn run(file: &str, text: &str) -> (Vec<(u64, String)>, f64, Vec<i64>) {
         keep_answers: false,
         warn: false,
         only_times: false,
+        knows_place: false,
         tell: |_| {},
     };
     let done = stream.run("job.ngc", text.as_bytes(), ()).unwrap();

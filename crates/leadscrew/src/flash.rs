@@ -12,7 +12,7 @@ use leadscrew_machine::settings::flash::{Area, SettingsStore};
 #[derive(Debug)]
 pub struct Flash<F> {
     flash: F,
-    /// Where the areas begin, bytes.
+    /// The first bytes of the areas.
     start: u32,
     /// The size of one area, bytes.
     size: u32,

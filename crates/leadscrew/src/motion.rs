@@ -60,14 +60,14 @@ impl<const AXES: usize, const MOTORS: usize, const MOVES: usize, const BLOCKS: u
 /// Moves the axes of a machine, in mm. It belongs to the main loop.
 ///
 /// Moves that are queued blend: at a corner the speed is the one that the junction deviation
-/// allows, and motion stops only where the queue ends.
+/// allows, and motion stops only when the queue ends.
 pub struct Motion<'a, K, const AXES: usize, const MOTORS: usize> {
     planner: Planner<'a, K, AXES, MOTORS>,
     segmenter: Segmenter<AXES, MOTORS>,
     segments: Producer<'a, Segment<MOTORS>>,
     words: &'a Words<MOTORS>,
     travel: Option<[[Coordinate; 2]; AXES]>,
-    /// Where the last queued move ends.
+    /// The end of the last queued move.
     target: [Coordinate; AXES],
     room: usize,
     course: Course,
@@ -221,7 +221,7 @@ impl<K: Kinematics<AXES, MOTORS>, const AXES: usize, const MOTORS: usize>
         self.words.bells.machine.is_rung()
     }
 
-    /// Where the axes are, counted from steps, mm.
+    /// The position of the axes, counted from steps, mm.
     pub fn position(&self) -> [f32; AXES] {
         let steps = self.words.shared.position();
         self.planner.axes_at(&steps).map(Coordinate::to_mm)
@@ -244,7 +244,7 @@ impl<K: Kinematics<AXES, MOTORS>, const AXES: usize, const MOTORS: usize>
         Ok(())
     }
 
-    /// How many more moves the queue takes.
+    /// The number of moves for which the queue has room.
     pub fn room(&self) -> usize {
         self.planner.room()
     }
@@ -359,7 +359,7 @@ impl<K: Kinematics<AXES, MOTORS>, const AXES: usize, const MOTORS: usize>
         }
     }
 
-    /// Whether no step is to come without a further poll that has something to hand out.
+    /// Returns true if no step is to come without a further poll that has something to hand out.
     fn is_at_rest(&self) -> bool {
         let nothing_comes = self.segmenter.is_held() || self.segmenter.is_idle();
         nothing_comes && !self.words.shared.is_running() && self.segments.is_empty()

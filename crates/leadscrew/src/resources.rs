@@ -22,9 +22,9 @@ const WIRE: usize = 65;
 /// |---|---|
 /// | `AXES`, `MOTORS` | letters; drivers |
 /// | `MOVES` | the look-ahead: 16 are Grbl's, 1024 keep speed on dense curves |
-/// | `PIXELS` | changes of power in rows of a raster: 1 where nothing burns, 4608 at full speed |
+/// | `PIXELS` | changes of power in rows of a raster: 1 if nothing burns, 4608 at full speed |
 /// | `BLOCKS` | blocks of moves in the look-ahead; 2 are enough for 16 moves |
-/// | `SLOTS`, `LEAD` | segments on their way, and those that wait for their power: 9 and 1 where nothing burns |
+/// | `SLOTS`, `LEAD` | segments on their way, and those that wait for their power: 9 and 1 if nothing burns |
 /// | `RX`, `TX`, `REALTIME` | bytes received, bytes to send, realtime commands: 129, 512, 8 at 115 200 baud |
 ///
 /// [`SmallResources`] has the least of all but the first three.

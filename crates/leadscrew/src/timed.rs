@@ -135,7 +135,7 @@ impl<'a, S: StepPins, A: Alarm, L: Light, const MOTORS: usize> Timed<'a, S, A, L
     }
 }
 
-/// Whether a count comes before another one, as counts wrap around.
+/// Returns true if a count comes before another one, as counts wrap around.
 fn is_before(one: u32, other: u32) -> bool {
     one.wrapping_sub(other).cast_signed() < 0
 }

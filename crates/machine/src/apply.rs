@@ -46,7 +46,7 @@ where
         self.set_gate();
     }
 
-    /// The least time between two ticks where the direction changes between them: the time until
+    /// The least time between two ticks when the direction changes between them: the time until
     /// the direction pins have changed, and then `$709`.
     fn direction_wait(&self) -> Ticks {
         let (timing, pulse_us) = (

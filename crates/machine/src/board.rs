@@ -104,7 +104,7 @@ pub struct PortConfig {
     /// Motors whose direction pin is low in the negative direction (`$3`); the pin of all others is
     /// high then.
     pub direction_invert: MotorMask,
-    /// Whether the drivers are enabled by a high level (`$4`).
+    /// True if the drivers are enabled by a high level (`$4`).
     pub enable_invert: bool,
     /// The time for which a switch input must keep a new level before the board believes it,
     /// microseconds, 0 to 10 000 (`$706`).
@@ -156,17 +156,17 @@ pub trait Board {
         None
     }
 
-    /// Whether the board takes its own description over a line, by `$B=`.
+    /// True if the board takes its own description over a line, by `$B=`.
     const TAKES_RECORD: bool = false;
 
-    /// Takes the text of a line after `$B=`: a part of the board's description, or its end where
+    /// Takes the text of a line after `$B=`: a part of the board's description, or its end if
     /// there is none. At rest only. It may write a flash, for a few ms. Returns the answer to the
     /// line, and a message for the operator if there is one.
     fn take_record(&mut self, _: &[u8]) -> (Result<(), Status>, Option<&'static str>) {
         (Err(Status::InvalidStatement), None)
     }
 
-    /// Whether the board can start its loader, which takes new firmware over a line: `$DFU`.
+    /// True if the board can start its loader, which takes new firmware over a line: `$DFU`.
     const HAS_LOADER: bool = false;
 
     /// Starts the loader soon after `now`, when the answer to the line is sent. At rest only.

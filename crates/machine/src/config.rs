@@ -21,14 +21,14 @@ pub use leadscrew_interpreter::Dialect;
 /// from 450 mm/s at 500 mm/s² takes 202 mm, 4050 pixels of 0.05 mm; this is a little more.
 pub const PIXELS: usize = 4608;
 
-/// Where the pixels of the program's rows are kept. Borrowed as [`MoveQueues`] are, but apart from
+/// The memory of the pixels of the program's rows. Borrowed as [`MoveQueues`] are, but apart from
 /// them: the two can be in different memories of a microcontroller.
 pub type RowPixels = PixelQueue<PIXELS>;
 
 /// Moves that the machine's own motions, such as homing and parking, may have planned at once.
 pub(crate) const ASIDE_MOVES: usize = 4;
 
-/// Where planned moves are kept, `MOVES` of the program: by far the largest part of a machine. A
+/// The memory of planned moves, `MOVES` of the program: by far the largest part of a machine. A
 /// machine borrows it, so that it can be a `static` and need not be built on a stack. `BLOCKS` is
 /// for small queues: see [`Queue`].
 #[derive(Debug)]
@@ -125,7 +125,7 @@ impl Squaring {
         most_mm: 25.0,
     };
 
-    /// How far the two switches may be apart on an axis with this travel, mm.
+    /// The distance by which the two switches may be apart on an axis with this travel, mm.
     pub(crate) fn allowance(&self, travel_mm: f32) -> f32 {
         (travel_mm * self.tolerance)
             .max(self.least_mm)
@@ -185,12 +185,12 @@ impl SwitchRules {
         towards_high: 0,
     };
 
-    /// Whether a switch stops fewer motions than in Grbl.
+    /// Returns true if a switch stops fewer motions than in Grbl.
     pub(crate) const fn are_own(&self) -> bool {
         self.homing_only | self.towards_low | self.towards_high != 0
     }
 
-    /// The end at which the only switch of an axis stands, where motion away from the switch goes
+    /// The end at which the only switch of an axis stands, if motion away from the switch goes
     /// on; `None` for all other axes.
     pub(crate) const fn only_end(&self, axis: usize) -> Option<Ordering> {
         match (self.towards_low >> axis & 1, self.towards_high >> axis & 1) {
@@ -229,7 +229,7 @@ pub struct MachineConfig<const AXES: usize> {
     pub spindle_delay: Duration,
     /// Coolant delay after the safety door was closed.
     pub coolant_delay: Duration,
-    /// How an axis with two motors is squared, where there is one.
+    /// How an axis with two motors is squared, if there is one.
     pub squaring: Squaring,
     /// The rules of limit switches beyond Grbl's.
     pub rules: SwitchRules,

@@ -14,7 +14,7 @@ pub(crate) struct DualAxis {
 
 impl DualAxis {
     /// The first motor that turns an axis of another number: the second motor of that axis. `None`
-    /// where there is no such motor.
+    /// if there is no such motor.
     pub(crate) fn of<const AXES: usize, const MOTORS: usize>(
         kinematics: &impl Kinematics<AXES, MOTORS>,
     ) -> Option<Self> {

@@ -10,7 +10,7 @@ pub(crate) struct Ends<const AXES: usize, const MOTORS: usize> {
     /// The direction of each motor's last step in this motion: 1, -1, or 0 if it has not stepped.
     pub(crate) heading: [i32; MOTORS],
     /// For each axis whose limit switch is closed: the direction that leads farther into the
-    /// switch, `Equal` where it is unknown.
+    /// switch, `Equal` if it is unknown.
     pub(crate) closed: [Option<Ordering>; AXES],
 }
 

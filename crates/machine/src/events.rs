@@ -327,7 +327,7 @@ where
         }
     }
 
-    /// How long a spindle takes to get up to speed: `$712`.
+    /// The time that a spindle takes to get up to speed: `$712`.
     fn spin_up(&self) -> Duration {
         let seconds = self.settings.value(Setting::SpinUp);
         Duration::from_ticks(seconds.nanos().unsigned_abs() / 1_000)
@@ -374,7 +374,7 @@ where
         }
     }
 
-    /// Changes the state where moves, holds or cancels have ended. Where segments ran out in
+    /// Changes the state when moves, holds or cancels have ended. If segments ran out in
     /// motion, or the step interrupt does not come, raises an alarm. Main loop.
     pub(crate) fn watch_motion<B: Board>(&mut self, board: &mut B, now: Instant) {
         if self.motion.take_underrun() {

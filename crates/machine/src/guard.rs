@@ -73,7 +73,7 @@ struct Watch {
     fed: Instant,
 }
 
-/// How long a load stays on.
+/// The time that a load stays on.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Limits {
     silent: Duration,

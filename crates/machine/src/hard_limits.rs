@@ -8,7 +8,7 @@
 //! | while the axis moved | against that motion |
 //! | at rest, or nobody knows | either way, at `$25` at most: both ends may be on one input |
 //!
-//! Where the build says at which end the only switch of an axis stands
+//! If the build says at which end the only switch of an axis stands
 //! ([`SwitchRules`](crate::config::SwitchRules)), the switch stops only motion towards that end:
 //! programs may move away from the closed switch.
 
@@ -32,7 +32,7 @@ where
 {
     /// Notes the direction of each motor, and which limit switches have closed or opened. `hit`: a
     /// limit switch has stopped the machine. Returns whether a limit switch is to stop the machine:
-    /// on `hit`, or where an axis moves farther into its closed switch. Main loop, at every turn,
+    /// on `hit`, or if an axis moves farther into its closed switch. Main loop, at every turn,
     /// before any motion goes on.
     pub(crate) fn watch_limits<B: Board>(&mut self, hit: bool, board: &B) -> bool {
         if !self.settings.is_on(Setting::HardLimits) {
@@ -48,7 +48,7 @@ where
         hit || leads_into && !matches!(self.state, State::Home | State::Alarm(_))
     }
 
-    /// Whether a limit switch is closed, so that only jogs are allowed. At rest.
+    /// Returns true if a limit switch is closed, so that only jogs are allowed. At rest.
     pub(crate) fn is_at_limit<B: Board>(&mut self, board: &B) -> bool {
         if !self.settings.is_on(Setting::HardLimits) {
             return false;
@@ -63,7 +63,7 @@ where
     /// that is.
     ///
     /// # Errors
-    /// [`Status::JogOutOfTravel`] where the jog leads farther into the switch.
+    /// [`Status::JogOutOfTravel`] if the jog leads farther into the switch.
     pub(crate) fn bound_jog<B: Board>(
         &mut self,
         jog: &mut Jog<AXES>,

@@ -3,7 +3,7 @@
 use leadscrew_planner::Coordinate;
 
 /// Machine position of a homed axis: `pull_off` away from the switch at the end of its `travel`.
-/// The switch is at 0, or at `−travel` where the axis homes in the `negative` direction.
+/// The switch is at 0, or at `−travel` if the axis homes in the `negative` direction.
 pub fn place(travel: Coordinate, pull_off: Coordinate, negative: bool) -> Coordinate {
     match negative {
         true => pull_off - travel,

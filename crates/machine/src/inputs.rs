@@ -37,13 +37,13 @@ pub enum ProbeWatch {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct InputConfig {
-    /// Whether limit switches are active high (`$5`).
+    /// True if limit switches are active high (`$5`).
     pub limits_invert: bool,
-    /// Whether the probe is active high (`$6`).
+    /// True if the probe is active high (`$6`).
     pub probe_invert: bool,
-    /// Whether a limit switch stops the machine (`$21`).
+    /// True if a limit switch stops the machine (`$21`).
     pub hard_limits: bool,
-    /// Whether there is a safety door switch.
+    /// True if there is a safety door switch.
     pub door: bool,
     /// Motors of axes that are absent: they have no limit switch, whichever level is active.
     pub absent: MotorMask,
@@ -116,7 +116,7 @@ pub struct ActiveSwitches {
     pub hold: bool,
     /// Cycle start button pressed.
     pub start: bool,
-    /// Door open; never where there is no door switch.
+    /// Door open; never if there is no door switch.
     pub door: bool,
 }
 
@@ -194,7 +194,7 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
         self.check_buttons(active.buttons(), shared);
     }
 
-    /// Whether [`Inputs::on_switches_at`] with these levels is going to stop motion: for a board
+    /// True if [`Inputs::on_switches_at`] with these levels is going to stop motion: for a board
     /// that makes the laser dark before it does anything else. Switch interrupt.
     #[inline]
     pub fn would_stop(&self, switches: &Switches) -> bool {
@@ -247,7 +247,7 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
     /// after it.
     ///
     /// `sharing`: motors that turn for several axes ([`leadscrew_planner::Kinematics::sharing`]).
-    /// Where one of them is locked, all of them are: a single one would drag another axis along.
+    /// If one of them is locked, all of them are: a single one would drag another axis along.
     pub fn watch_homing(&self, motors: MotorMask, sharing: MotorMask) {
         self.sharing.store(sharing.bits(), Ordering::Relaxed);
         self.homing.store(motors.bits(), Ordering::Release);
@@ -292,7 +292,7 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
         }
     }
 
-    /// Whether a limit switch has closed, and ends motion.
+    /// Returns true if a limit switch has closed, and ends motion.
     #[inline]
     fn is_hit(&self, active: MotorMask) -> bool {
         let before =
@@ -353,7 +353,7 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
     }
 }
 
-/// Whether one of the buttons that have been pressed stops the machine.
+/// Returns true if one of the buttons that have been pressed stops the machine.
 #[inline]
 fn stops(pressed: u8) -> bool {
     pressed & ActiveSwitches::RESET != 0

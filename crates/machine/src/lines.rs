@@ -63,7 +63,7 @@ where
         }
     }
 
-    /// Whether a line would be carried out at once.
+    /// Returns true if a line would be carried out at once.
     pub(crate) fn can_take_line(&self) -> bool {
         let rests = || self.state != State::Run && self.motion.is_idle();
         !self.activity.line.is_busy()
@@ -72,14 +72,14 @@ where
             && (!self.program.line_waits || rests())
     }
 
-    /// Whether a `$` line changes a setting behind moves that have not begun: then it is carried
+    /// True if a `$` line changes a setting behind moves that have not begun: then it is carried
     /// out after them.
     fn awaits_motion(&self, line: &[u8]) -> bool {
         let command = || SystemCommand::parse(line, &self.circumstances());
         self.is_about_to_move() && matches!(command(), Ok(SystemCommand::Set { .. }))
     }
 
-    /// Whether moves are planned that have not begun.
+    /// Returns true if moves are planned that have not begun.
     pub(crate) fn is_about_to_move(&self) -> bool {
         self.state == State::Idle && !self.motion.is_idle()
     }
@@ -192,7 +192,7 @@ where
         }
     }
 
-    /// Answers a line with an error. Its text is sent, too, where a setting asks for texts, and for
+    /// Answers a line with an error. Its text is sent, too, if a setting asks for texts, and for
     /// an extension's error, whose number no sender knows.
     pub(crate) fn refuse(&mut self, origin: Origin, fault: Fault) {
         if let Origin::Channel(channel) = origin {
@@ -262,7 +262,7 @@ where
         }
     }
 
-    /// Ends the job of `id`, whose other end has gone away: M5 after its last line, where its job
+    /// Ends the job of `id`, whose other end has gone away: M5 after its last line, if its job
     /// used a laser.
     fn end_job_of<B: Board>(&mut self, id: ChannelId, board: &mut B, now: Instant) {
         if self.program.owner != Some(id) {
@@ -282,7 +282,7 @@ where
     }
 }
 
-/// The tool table of an extension, where there is one.
+/// The tool table of an extension, if there is one.
 fn tool_table<'a, X: Extension<AXES>, const AXES: usize>(
     length: &'a dyn Fn(Option<u32>) -> Option<Coordinate>,
 ) -> ToolTable<'a> {
@@ -292,7 +292,7 @@ fn tool_table<'a, X: Extension<AXES>, const AXES: usize>(
     }
 }
 
-/// The M codes of an extension, where there is one.
+/// The M codes of an extension, if there is one.
 pub(crate) fn own_codes<'a, X: Extension<AXES>, const AXES: usize>(
     own: &'a Own<'a>,
 ) -> OwnCodes<'a> {

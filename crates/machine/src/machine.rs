@@ -40,10 +40,10 @@ pub struct Links<
     const PIXELS: usize,
     const BLOCKS: usize,
 > {
-    /// Where planned moves are kept. No interrupt uses them, but they are too large to be a part of
+    /// The memory of planned moves. No interrupt uses them, but they are too large to be a part of
     /// the machine.
     pub moves: &'a mut MoveQueues<AXES, MOTORS, MOVES, BLOCKS>,
-    /// Where the pixels of rows are kept: [`crate::config::RowPixels`], or fewer; 1 on a machine
+    /// The memory of the pixels of rows: [`crate::config::RowPixels`], or fewer; 1 on a machine
     /// without a laser.
     pub pixels: &'a mut PixelQueue<PIXELS>,
     /// Segments for the step interrupt, from a [`crate::config::SegmentQueue`].
@@ -203,12 +203,12 @@ where
         self.history.states()
     }
 
-    /// Where the axes are, counted from steps: machine position.
+    /// The position of the axes, counted from steps: machine position.
     pub fn position(&self) -> [Coordinate; AXES] {
         self.motion.position()
     }
 
-    /// Where work zero is: work coordinate system, G92 and tool length of the line that was taken
+    /// Work zero: work coordinate system, G92 and tool length of the line that was taken
     /// last.
     pub fn work_offset(&self) -> [Coordinate; AXES] {
         self.program.work_offset
@@ -259,7 +259,7 @@ where
         self.history.last_alarm
     }
 
-    /// Whether nothing is under way: no motion, no line, no list, no output that waits.
+    /// Returns true if nothing is under way: no motion, no line, no list, no output that waits.
     pub fn is_quiet(&self) -> bool {
         self.motion.is_idle()
             && !self.activity.line.is_busy()
@@ -269,7 +269,7 @@ where
             && self.console.is_quiet()
     }
 
-    /// Whether a line is under way that waits neither for the operator nor for a reset.
+    /// Returns true if a line is under way that waits neither for the operator nor for a reset.
     pub fn line_goes_on(&self) -> bool {
         self.activity.line.is_busy() && self.state.takes_lines()
     }
@@ -319,7 +319,7 @@ where
         }
     }
 
-    /// Whether the motors are not needed in this state: their drivers go off, even if `$1` keeps
+    /// True if the motors are not needed in this state: their drivers go off, even if `$1` keeps
     /// them on.
     pub(crate) fn is_locked(&self) -> bool {
         match self.state {
@@ -378,7 +378,7 @@ where
         deadlines.into_iter().fold(None, earlier)
     }
 
-    /// Whether there is something to do, besides segments, that no interrupt will announce.
+    /// Returns true if there is something to do, besides segments, that no interrupt will announce.
     fn is_busy(&mut self) -> bool {
         let takes_lines = self.can_take_line();
         let resting = self.motion.is_at_rest();
@@ -416,6 +416,6 @@ fn earlier(one: Option<Instant>, other: Option<Instant>) -> Option<Instant> {
     }
 }
 
-/// Where a deadline has passed, the machine asks for the next poll this long after now (1 µs). So
+/// If a deadline has passed, the machine asks for the next poll this long after now (1 µs). So
 /// time goes on for a caller that sleeps from one deadline to the next.
 const SHORTEST_SLEEP: Duration = Duration::from_ticks(1);

@@ -14,7 +14,7 @@ pub(crate) struct Memory {
 }
 
 impl Memory {
-    /// The startup line `index`; empty where there is none.
+    /// The startup line `index`; empty if there is none.
     pub(crate) fn startup(&self, index: u8) -> &[u8] {
         self.startup
             .get(usize::from(index))

@@ -128,7 +128,7 @@ where
         self.program.startup.begin(None);
     }
 
-    /// Says that stored values are lost, where that is so and nobody has unlocked the machine
+    /// Says that stored values are lost, if that is so and nobody has unlocked the machine
     /// since: to one channel, or to all.
     pub(crate) fn say_lost(&mut self, to: Option<ChannelId>) {
         match to {

@@ -1,4 +1,4 @@
-//! Rules of limit switches that Grbl has not: they hold where the machine's build asks for them
+//! Rules of limit switches that Grbl has not: they hold if the machine's build asks for them
 //! ([`SwitchRules`](crate::config::SwitchRules)).
 //!
 //! ```text
@@ -141,7 +141,7 @@ where
         }
     }
 
-    /// The field `Sw:`, where the build asks for it.
+    /// The field `Sw:`, if the build asks for it.
     pub(crate) fn closed_switches(&self, active: &ActiveSwitches) -> ClosedSwitches<AXES> {
         let axes = match self.config.rules.reported {
             true => self.switches.axes_at_limits(active),

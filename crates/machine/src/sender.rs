@@ -57,13 +57,13 @@ where
             .message(Message::WentOff(WentOff { what, why, setting }));
     }
 
-    /// Whether motion rests, and no line is under way that ends by itself, but for a dwell.
+    /// Returns true if motion rests, and no line is under way that ends by itself, but for a dwell.
     fn is_left_to_itself(&self) -> bool {
         let runs = self.activity.line.is_running() || self.program.startup.is_running();
         self.motion.is_at_rest() && !(runs && self.state.takes_lines())
     }
 
-    /// Whether a load is on at rest, and time counts for it.
+    /// Returns true if a load is on at rest, and time counts for it.
     fn is_left_on(&self, load: Load) -> bool {
         let dwells = self.activity.line.is_dwelling() && self.state.takes_lines();
         match load {
@@ -107,7 +107,7 @@ where
         }
     }
 
-    /// Whether a laser is lit at rest with nothing under way that would end that: no motion, no
+    /// True if a laser is lit at rest with nothing under way that would end that: no motion, no
     /// dwell, no startup line.
     pub(crate) fn is_lit_at_rest(&self) -> bool {
         self.state == State::Idle

@@ -66,7 +66,7 @@ where
         self.console.time_left = None;
     }
 
-    /// Whether `$10` has this bit, and the machine knows the bit.
+    /// Returns true if `$10` has this bit, and the machine knows the bit.
     pub(crate) fn reports(&self, bit: u8) -> bool {
         self.settings.mask(Setting::ReportMask) & self.config.report_bits & bit != 0
     }
@@ -190,7 +190,7 @@ where
         }
     }
 
-    /// The state as reports show it. It is `Run` where planned moves have not begun: a sender that
+    /// The state as reports show it. It is `Run` if planned moves have not begun: a sender that
     /// has had an `ok` for a move is not to take the machine for done.
     fn shown_state(&self) -> State {
         match self.is_about_to_move() {
@@ -199,7 +199,7 @@ where
         }
     }
 
-    /// Whether reports take the cadence of a busy machine.
+    /// Returns true if reports take the cadence of a busy machine.
     fn is_moving_about(&self) -> bool {
         match self.shown_state() {
             State::Run | State::Jog(_) | State::Hold(_) | State::Home | State::Door(_) => true,
@@ -342,7 +342,7 @@ fn number(coordinate: Coordinate) -> Number {
     Number::from_nanos(coordinate.nanos())
 }
 
-#[inline(never)] // machine 004 (`examples/machines/004`) takes 1508 bytes more where it is inlined
+#[inline(never)] // machine 004 (`examples/machines/004`) takes 1508 bytes more if it is inlined
 fn numbers<const AXES: usize>(coordinates: &[Coordinate; AXES]) -> [Number; AXES] {
     coordinates.map(number)
 }

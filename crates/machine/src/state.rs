@@ -15,7 +15,7 @@
 //! ```
 //!
 //! Phases are data of their state, so that none can contradict another. Each event is one method:
-//! it returns the next state, or `None` where the event means nothing.
+//! it returns the next state, or `None` if the event means nothing.
 //!
 //! The machine remembers the states that it has been in: a test that fails prints them.
 
@@ -55,12 +55,12 @@ pub enum Jog {
     Moving,
     /// The jog slows down. Once it stands, the rest of its way is forgotten.
     Cancelling {
-        /// Whether the safety door has opened meanwhile: then the door's sequence follows.
+        /// True if the safety door has opened meanwhile: then the door's sequence follows.
         then_door: bool,
     },
 }
 
-/// How far a feed hold has come.
+/// The stage of a feed hold.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Hold {
@@ -73,7 +73,7 @@ pub enum Hold {
     },
     /// At rest (`Hold:0`).
     Complete {
-        /// When the hold began to stop motion; `None` where nothing moved.
+        /// When the hold began to stop motion; `None` if nothing moved.
         since: Option<Instant>,
         /// `~` has come, and motion goes on at this instant: the spindle is getting up to speed.
         goes_on_at: Option<Instant>,
@@ -96,7 +96,7 @@ impl Hold {
     }
 }
 
-/// How far the safety door's sequence has come.
+/// The stage of the safety door's sequence.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Door {
@@ -121,7 +121,7 @@ pub enum Lock {
 }
 
 impl State {
-    /// Whether motion planned by lines or cycles may be under way.
+    /// Returns true if motion planned by lines or cycles may be under way.
     pub fn is_moving(self) -> bool {
         match self {
             Self::Run | Self::Jog(_) | Self::Home | Self::Sleep => true, // asleep: parking
@@ -131,7 +131,7 @@ impl State {
         }
     }
 
-    /// Whether lines are taken and executed at all.
+    /// Returns true if lines are taken and executed at all.
     pub fn takes_lines(self) -> bool {
         match self {
             Self::Idle | Self::Run | Self::Jog(Jog::Moving) | Self::Check => true,
@@ -144,7 +144,7 @@ impl State {
         }
     }
 
-    /// Whether motion may be started out of rest.
+    /// Returns true if motion may be started out of rest.
     pub fn may_start(self) -> bool {
         match self {
             Self::Idle | Self::Run | Self::Jog(Jog::Moving) | Self::Home => true,

@@ -81,13 +81,13 @@ where
         Ok(if sound { condition } else { Condition::Damaged })
     }
 
-    /// Whether there is a store, and something is not in it yet.
+    /// Returns true if there is a store, and something is not in it yet.
     pub(crate) fn has_unsaved(&self) -> bool {
         self.store.records.is_some() && !self.store.unsaved.is_empty()
     }
 
     /// Erases the area of the store that is not in use, so that no later change has to wait for
-    /// that. Where something was lost, nothing is erased yet. Main loop, after [`Machine::load`]
+    /// that. If something was lost, nothing is erased yet. Main loop, after [`Machine::load`]
     /// and before the first [`Machine::poll`]. Takes as long as the store does: half a second for a
     /// flash.
     ///
@@ -118,7 +118,7 @@ where
         saved
     }
 
-    /// Notes that a write of [`Machine::save`] did not reach its place after all, where a store
+    /// Notes that a write of [`Machine::save`] did not reach its place after all, if a store
     /// hands on many records together. Main loop, before the next [`Machine::poll`]: the line under
     /// way is answered with `error:7`.
     pub fn not_saved(&mut self) {

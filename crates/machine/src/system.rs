@@ -69,7 +69,7 @@ where
         }
     }
 
-    /// Whether nothing moves and nothing is asked to: the board itself may be changed.
+    /// Returns true if nothing moves and nothing is asked to: the board itself may be changed.
     fn rests(&self) -> bool {
         match self.state {
             State::Idle | State::Alarm(_) => self.motion.is_idle(),
@@ -83,7 +83,7 @@ where
         }
     }
 
-    /// `$DFU`: new firmware, where the board has a loader, at rest.
+    /// `$DFU`: new firmware, if the board has a loader, at rest.
     fn start_loader<B: Board>(&mut self, id: ChannelId, board: &mut B, now: Instant) {
         if !self.rests() {
             return self.refuse(Origin::Channel(id), Status::NotIdle.into());
@@ -94,7 +94,7 @@ where
         board.start_loader(now);
     }
 
-    /// `$B=`: the board's description, where the board takes one, at rest.
+    /// `$B=`: the board's description, if the board takes one, at rest.
     fn take_record<B: Board>(&mut self, id: ChannelId, part: &[u8], board: &mut B) {
         let (taken, message) = match self.rests() {
             true => board.take_record(part),
@@ -406,7 +406,7 @@ where
         Ok(())
     }
 
-    /// Whether there is a door, and it is open now.
+    /// Returns true if there is a door, and it is open now.
     pub(crate) fn is_door_open<B: Board>(&self, board: &B) -> bool {
         self.switches.inputs.active(&board.switches()).door
     }

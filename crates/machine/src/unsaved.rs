@@ -92,7 +92,7 @@ impl Unsaved {
         };
     }
 
-    /// Whether everything is in the store.
+    /// Returns true if everything is in the store.
     pub(crate) fn is_empty(&self) -> bool {
         let noted = self.items.iter().fold(self.own, |noted, word| noted | word);
         noted == 0 && self.begun.is_none() && self.restored.is_none()
@@ -176,7 +176,7 @@ impl Item {
     }
 }
 
-/// Whether `$RST=` takes a record away.
+/// Returns true if `$RST=` takes a record away.
 pub(crate) fn goes(what: Restore, key: RecordKey) -> bool {
     match (what, key) {
         (Restore::Settings, RecordKey::Setting(_)) => true,

@@ -109,7 +109,7 @@ impl ParkingConfig {
     }
 }
 
-/// Whether `mm` is a number, and 0 or more.
+/// Returns true if `mm` is a number, and 0 or more.
 fn is_distance(mm: f32) -> bool {
     (0.0..=MOST).contains(&mm)
 }

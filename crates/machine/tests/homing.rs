@@ -41,7 +41,7 @@ fn belts<'a>(memory: &'a mut Memory, cycles: [u8; 4], switches: [i32; 3]) -> Ses
     session
 }
 
-/// Where the carriage of crossed belts is, steps of the axes.
+/// The place of the carriage of crossed belts, steps of the axes.
 fn carriage(session: &Session<'_, CoreXy>) -> [i32; 3] {
     let [a, b, z] = session.pins.position;
     assert_eq!((a + b) % 2, 0, "between two steps of the axes");

@@ -22,7 +22,7 @@ pub trait OutputPort {
     fn levels(&self) -> u8;
 }
 
-/// How many outputs there are, and which are on at power-up and in a hold.
+/// The number of outputs, and which are on at power-up and in a hold.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct OutputsConfig {
     /// The number of outputs, 0 to 8: `P0` to `P(count - 1)`. With 0, M62 to M65 are refused, as
@@ -52,7 +52,7 @@ pub struct Outputs<P> {
     port: P,
     /// The outputs that a hold has switched off; `None` while no hold is in force.
     held: Option<u8>,
-    /// Whether the operator has the machine (a tool change). This counts as a hold, whatever the
+    /// True if the operator has the machine (a tool change). This counts as a hold, whatever the
     /// state is.
     is_aside: bool,
 }

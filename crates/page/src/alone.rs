@@ -16,6 +16,8 @@ use leadscrew_sim::flash::Flash;
 use leadscrew_sim::link::Rate;
 use leadscrew_sim::powered::Supply;
 use leadscrew_sim::profile::Profile;
+use leadscrew_sim::Fixtures;
+use leadscrew_sim::PowerUp;
 use std::cell::RefCell;
 use std::sync::mpsc::Receiver;
 use std::time::Duration;

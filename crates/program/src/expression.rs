@@ -18,7 +18,7 @@ pub(crate) trait Values {
     fn numbered(&self, number: u16) -> Result<Value, ErrorKind>;
     /// A named parameter.
     fn named(&self, name: &Name) -> Result<Value, ErrorKind>;
-    /// Whether a parameter can be read.
+    /// Returns true if a parameter can be read.
     fn exists(&self, target: &Target) -> bool;
     /// Whether a program may set a parameter.
     fn may_set(&self, target: &Target) -> Result<(), ErrorKind>;

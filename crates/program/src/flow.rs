@@ -99,7 +99,7 @@ impl<
         };
     }
 
-    /// Reads the argument of an O word; 0 where it may be missing and is.
+    /// Reads the argument of an O word; 0 if it may be missing and is.
     fn argument(
         &self,
         world: &dyn World,

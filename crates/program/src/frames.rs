@@ -19,7 +19,7 @@ pub(crate) struct Frame {
     pub(crate) loops: usize,
     /// The first line of the subprogram.
     pub(crate) entry: Place,
-    /// How often the subprogram is still to be run after this time.
+    /// The number of times that the subprogram is still to be run after this time.
     pub(crate) again: u32,
 }
 

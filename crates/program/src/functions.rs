@@ -258,7 +258,7 @@ mod tests {
         value.count() as f64 / 1e18
     }
 
-    /// Compares with the standard library's function, relative to the result where that is large.
+    /// Compares with the standard library's function, relative to the result if that is large.
     fn near(ours: Answer, theirs: f64) -> Result<(), TestCaseError> {
         let ours = float(ours.unwrap());
         let bound = 2e-12 * theirs.abs().max(1.0);

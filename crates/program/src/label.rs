@@ -34,7 +34,7 @@ impl Name {
         self.bytes.get(..usize::from(self.length)).unwrap_or(&[])
     }
 
-    /// Whether the parameter of this name is the same in all subprograms: `_feed`.
+    /// Returns true if the parameter of this name is the same in all subprograms: `_feed`.
     pub(crate) fn is_global(&self) -> bool {
         self.as_bytes().first() == Some(&b'_')
     }

@@ -23,7 +23,7 @@ impl<const ROOM: usize> Numbered<ROOM> {
         self.0.binary_search_by_key(&number, |(number, _)| *number)
     }
 
-    /// The value; 0 where it has not been set.
+    /// The value; 0 if it has not been set.
     pub(crate) fn get(&self, number: u16) -> Value {
         let found = self.find(number).ok().and_then(|at| self.0.get(at));
         found.map_or(Value::ZERO, |(_, value)| *value)

@@ -218,7 +218,7 @@ impl Code {
         whole.then_some((kind, word.column()))
     }
 
-    /// Whether this word may stand beside the code.
+    /// Returns true if this word may stand beside the code.
     fn takes(&self, word: &Word) -> bool {
         let is_itself = word.column() == self.column || word.letter() == Letter::N;
         is_itself

@@ -4,10 +4,10 @@ use crate::cursor::Cursor;
 use crate::head::Head;
 use leadscrew_gcode::{words, Letter};
 
-/// Whether a line needs this crate: it has a parameter, an expression, an O word, M98, M99 or G65.
+/// True if a line needs this crate: it has a parameter, an expression, an O word, M98, M99 or G65.
 /// Plain G-code and lines that begin with `$` or `[` do not.
 ///
-/// Of a plain line without comments each byte is looked at once, 16 at a time where the processor
+/// Of a plain line without comments each byte is looked at once, 16 at a time if the processor
 /// can.
 #[inline]
 pub fn is_program(line: &[u8]) -> bool {
@@ -33,7 +33,7 @@ fn is_program_after_all(line: &[u8]) -> bool {
     }
 }
 
-/// Whether a line has a parameter or an expression outside its comments.
+/// Returns true if a line has a parameter or an expression outside its comments.
 pub(crate) fn has_values(line: &[u8]) -> bool {
     let is_one = |byte: &u8| matches!(byte, b'#' | b'[');
     if !line.iter().any(is_one) {

@@ -109,7 +109,7 @@ impl Value {
         Self::new(seen - seen.rem_euclid(ONE as i128))
     }
 
-    /// Whether this is 0.
+    /// Returns true if this is 0.
     pub fn is_zero(self) -> bool {
         self.0 == 0
     }

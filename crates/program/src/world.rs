@@ -8,7 +8,7 @@ const AXES: u16 = 9;
 
 /// The machine that runs a program's lines.
 pub trait World {
-    /// Returns what the machine knows of this, or `None` where it does not know it.
+    /// Returns what the machine knows of this, or `None` if it does not know it.
     fn read(&self, item: Item) -> Option<Value>;
 }
 

@@ -30,7 +30,7 @@ codes! {
 }
 
 impl Alarm {
-    /// Whether only a reset leads out of this alarm: the machine may be standing in a switch or be
+    /// True if only a reset leads out of this alarm: the machine may be standing in a switch or be
     /// about to leave its travel.
     pub const fn needs_reset(self) -> bool {
         matches!(self, Self::HardLimit | Self::SoftLimit)

@@ -71,7 +71,7 @@ impl Skip {
     }
 }
 
-/// Where the next character goes while none is kept: beyond every line.
+/// The place of the next character while none is kept: beyond every line.
 const NOWHERE: usize = usize::MAX;
 
 /// Collects one line at a time, at most `CAPACITY` characters of it.
@@ -81,7 +81,7 @@ const NOWHERE: usize = usize::MAX;
 #[derive(Debug, Clone)]
 pub struct LineReader<const CAPACITY: usize> {
     line: [u8; CAPACITY],
-    /// Where the next character goes: [`NOWHERE`] while something is passed over, which spares each
+    /// The next character's place: [`NOWHERE`] while something is passed over, which spares each
     /// byte a test.
     next: usize,
     /// The number of characters that were kept before the text that is passed over.

@@ -58,7 +58,7 @@ pub struct Capped {
 }
 
 impl Capped {
-    /// Whether it is an acceleration, `$120` and up; otherwise it is about the rate of steps.
+    /// True if it is an acceleration, `$120` and up; otherwise it is about the rate of steps.
     pub const fn is_acceleration(&self) -> bool {
         self.number / 10 == 12
     }

@@ -12,7 +12,7 @@ use leadscrew_interpreter::Fault;
 /// The first number of a setting that is not one of GRBL's.
 pub const OWN: u16 = 256;
 
-/// How many startup lines can be stored: `$N0` and `$N1`.
+/// The number of startup lines that can be stored: `$N0` and `$N1`.
 pub const STARTUP_LINES: u8 = 2;
 
 /// The longest startup line and build information, in characters.
@@ -130,9 +130,9 @@ pub enum Activity {
 pub struct Circumstances {
     /// The activity of the machine.
     pub activity: Activity,
-    /// Whether homing is switched on, `$22`.
+    /// True if homing is switched on, `$22`.
     pub homing: bool,
-    /// Whether the machine was built to home single axes.
+    /// True if the machine was built to home single axes.
     pub single_axis_homing: bool,
 }
 
@@ -141,7 +141,7 @@ pub struct Circumstances {
 type Refused<'a> = (Status, &'a [u8]);
 
 impl<'a> SystemCommand<'a> {
-    /// Whether the operator may give this command while a program's line is put aside (a tool
+    /// True if the operator may give this command while a program's line is put aside (a tool
     /// change).
     pub fn serves_operator(&self) -> bool {
         match self {
@@ -165,7 +165,7 @@ impl<'a> SystemCommand<'a> {
         }
     }
 
-    /// Whether the command is refused as soon as a move is planned, even before the move begins.
+    /// True if the command is refused as soon as a move is planned, even before the move begins.
     pub fn needs_rest(&self) -> bool {
         match self {
             Self::StoreBuild(_)
@@ -195,7 +195,7 @@ impl<'a> SystemCommand<'a> {
     /// # Errors
     ///
     /// The error that Grbl gives, with one exception: `$Nx=` for a startup line that does not exist
-    /// is [`Status::InvalidStatement`]. The column is 0 where the line is right and the machine may
+    /// is [`Status::InvalidStatement`]. The column is 0 if the line is right and the machine may
     /// not carry it out now.
     pub fn parse(line: &'a [u8], now: &Circumstances) -> Result<Self, Fault> {
         Self::read(line, now).map_err(|(status, left)| Fault {

@@ -71,7 +71,7 @@ pub enum Image {
 }
 
 impl Image {
-    /// Whether the image is for a machine of this shape.
+    /// Returns true if the image is for a machine of this shape.
     #[must_use]
     pub fn takes(self, shape: &Shape) -> bool {
         match self {
@@ -82,7 +82,7 @@ impl Image {
 }
 
 impl Shape {
-    /// Whether each axis has a motor, and the second motor, if there is one, has an axis.
+    /// Returns true if each axis has a motor, and the second motor, if there is one, has an axis.
     fn is_sound(&self) -> bool {
         let second = self.kinematics.checked_sub(2);
         let motors = self.axes.checked_add(second.is_some().into());

@@ -12,7 +12,7 @@ impl PinCode {
 
     /// Pin `number`, 0 to 15, of a port from A (0) to G (6). For an output, `high` means that a
     /// high level switches it on. For an input, it means that a closed switch makes the pin high.
-    /// `None` where there is no such pin.
+    /// `None` if there is no such pin.
     #[must_use]
     pub const fn new(port: u8, number: u8, high: bool) -> Option<Self> {
         if port < 7 && number < 16 {
@@ -22,7 +22,7 @@ impl PinCode {
         }
     }
 
-    /// Port and number; `None` where there is no pin.
+    /// Port and number; `None` if there is no pin.
     #[must_use]
     pub const fn pin(self) -> Option<(u8, u8)> {
         match self.0 >> 4 & 7 {
@@ -31,7 +31,7 @@ impl PinCode {
         }
     }
 
-    /// Whether high is on, or closed: see [`Self::new`].
+    /// Returns true if high is on, or closed: see [`Self::new`].
     #[must_use]
     pub const fn high(self) -> bool {
         self.0 >> 7 == 1

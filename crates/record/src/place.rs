@@ -22,7 +22,7 @@ pub const fn sector(start: u8) -> u8 {
     }
 }
 
-/// The place of the record in force: the last record in front of empty flash. `None` where there is
+/// The place of the record in force: the last record in front of empty flash. `None` if there is
 /// no record. `first_word` gives the first word of a place.
 #[must_use]
 pub fn slot(first_word: impl Fn(usize) -> u32) -> Option<usize> {

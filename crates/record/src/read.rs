@@ -68,7 +68,7 @@ pub const FIXED: usize = size_of::<Record>();
 
 impl Record {
     /// Makes a record from its content and a new machine's settings, in `bytes`. Returns its length
-    /// in bytes. `None` where there are more settings than [`SETTINGS`], or where
+    /// in bytes. `None` if there are more settings than [`SETTINGS`], or if
     /// `content.shape.defaults` is not their number.
     pub fn pack(content: &Content, defaults: &[Setting], bytes: &mut [u8; SLOT]) -> Option<usize> {
         let length = FIXED + size_of_val(defaults);

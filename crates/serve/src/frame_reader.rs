@@ -85,7 +85,7 @@ impl FrameReader {
     /// `control`.
     ///
     /// # Errors
-    /// [`FrameError`] where the client breaks the protocol. Everything before the breach has been
+    /// [`FrameError`] if the client breaks the protocol. Everything before the breach has been
     /// handed out.
     pub(super) fn read(
         &mut self,

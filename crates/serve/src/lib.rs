@@ -59,6 +59,8 @@ use leadscrew_page::{hello, Desk, Glitches, Pages, Trail, Watcher};
 use leadscrew_sim::link::Rate;
 use leadscrew_sim::powered::Supply;
 use leadscrew_sim::profile::Profile;
+use leadscrew_sim::Fixtures;
+use leadscrew_sim::PowerUp;
 use remembered::Remembered;
 use server::{End, Server};
 use std::cell::RefCell;
@@ -105,7 +107,7 @@ pub fn serve(service: Service, around: Surroundings<'_>) {
 #[doc = include_str!("../README.md")]
 pub struct Readme;
 
-/// The channel on which pages move the machine: the one after the last line's. `None` where no line
+/// The channel on which pages move the machine: the one after the last line's. `None` if no line
 /// takes pages or the machine has no channel left.
 fn pages_channel(lines: &[LineSpec]) -> Option<usize> {
     let has_port = lines

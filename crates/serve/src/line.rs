@@ -30,7 +30,7 @@ pub enum LineSpec {
     Pty {
         /// The link, which must not exist.
         link: PathBuf,
-        /// Whether opening the port resets the machine, as it resets an Arduino.
+        /// True if opening the port resets the machine, as it resets an Arduino.
         reset_on_open: bool,
     },
     /// Raw bytes over TCP, at a host and port.

@@ -96,7 +96,7 @@ fn watch(stream: &TcpStream) {
     let _ = socket.set_tcp_user_timeout(Some(GONE));
 }
 
-/// Opens the port. While the port is not available, waits for it, and says so once. `None` where
+/// Opens the port. While the port is not available, waits for it, and says so once. `None` if
 /// the server ends first.
 fn listen(address: &str, uplink: &Uplink) -> Option<TcpListener> {
     let mut said = false;

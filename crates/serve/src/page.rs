@@ -20,7 +20,7 @@ pub(super) struct Page {
     axes: Vec<char>,
     /// The axis that the second motor belongs to.
     second_motor: Option<usize>,
-    /// Whether a limit input is high while its switch is pressed.
+    /// True if a limit input is high while its switch is pressed.
     normally_closed: bool,
 }
 

@@ -7,7 +7,7 @@ pub use leadscrew_page::Key;
 pub use leadscrew_sim::powered::Snapshot;
 use std::io::{self, Write};
 
-/// Where messages and the machine's state are shown.
+/// The display of messages and of the machine's state.
 pub trait Panel {
     /// Shows a message.
     fn note(&mut self, note: &Note<'_>);

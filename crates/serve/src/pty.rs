@@ -45,7 +45,7 @@ pub(super) fn run(link: &Path, uplink: &Uplink) {
     }
 }
 
-/// Makes the port. While it cannot be made, tries again and again, and says so once. `None` where
+/// Makes the port. While it cannot be made, tries again and again, and says so once. `None` if
 /// the server ends first.
 fn open(link: &Path, uplink: &Uplink) -> Option<Port> {
     let mut said = false;
@@ -116,7 +116,7 @@ impl Port {
         }
     }
 
-    /// Whether a program has the port open, or has closed it and left bytes to be read.
+    /// Returns true if a program has the port open, or has closed it and left bytes to be read.
     fn is_open(&self) -> bool {
         let events = self.events(0);
         !events.contains(PollFlags::POLLHUP) || events.contains(PollFlags::POLLIN)

@@ -1,4 +1,4 @@
-//! The values that outlive a restart of the machine, and where possible of the program.
+//! The values that outlive a restart of the machine, and if possible of the program.
 
 use super::note::Note;
 use super::state_file::{Fault, Found, StateFile};
@@ -18,7 +18,7 @@ pub(super) struct Remembered {
     again: Option<Duration>,
 }
 
-/// Where the values are stored.
+/// The store of the values.
 enum Place {
     /// Nowhere: the caller wants no file.
     Nowhere,

@@ -23,7 +23,7 @@ use tungstenite::http::StatusCode;
 /// Reads a request to the end of its headers.
 ///
 /// # Errors
-/// Where it is no request, comes too slowly, or is followed by more bytes.
+/// If it is no request, comes too slowly, or is followed by more bytes.
 pub(super) fn read<S: Read + Write>(stream: S) -> io::Result<Request> {
     let none = |_| io::Error::from(io::ErrorKind::InvalidData);
     let mut machine = HandshakeMachine::start_read(stream);
@@ -42,17 +42,17 @@ pub(super) fn read<S: Read + Write>(stream: S) -> io::Result<Request> {
     }
 }
 
-/// Whether the client asks for a WebSocket, and not for a document.
+/// Returns true if the client asks for a WebSocket, and not for a document.
 pub(super) fn wants_websocket(request: &Request) -> bool {
     request.headers().contains_key(UPGRADE)
 }
 
-/// Whether the client is a page that asks for a WebSocket.
+/// Returns true if the client is a page that asks for a WebSocket.
 pub(super) fn is_page(request: &Request) -> bool {
     request.uri().path() == "/page"
 }
 
-/// Whether the requested address contains the token.
+/// Returns true if the requested address contains the token.
 pub(super) fn is_trusted(request: &Request, token: &Token) -> bool {
     request
         .uri()
@@ -63,7 +63,7 @@ pub(super) fn is_trusted(request: &Request, token: &Token) -> bool {
 /// Answers a request for a document (RFC 9110, section 15).
 ///
 /// # Errors
-/// Where the client does not take the answer.
+/// If the client does not take the answer.
 pub(super) fn answer(mut to: impl Write, request: &Request, token: &Token) -> io::Result<()> {
     let is_root = request.uri().path() == "/";
     if is_root && is_trusted(request, token) {

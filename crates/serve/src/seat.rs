@@ -137,7 +137,7 @@ impl Seat {
 }
 
 impl Ticket {
-    /// Waits for the seat; `None` where it cannot be had. `guest` waits a moment and then returns
+    /// Waits for the seat; `None` if it cannot be had. `guest` waits a moment and then returns
     /// how the client has behaved.
     pub(super) fn wait(
         self,

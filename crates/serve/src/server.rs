@@ -25,7 +25,7 @@ use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// How long the loop waits for a client's bytes before it lets the machine go on.
+/// The time that the loop waits for a client's bytes before it lets the machine go on.
 const TICK: Duration = Duration::from_millis(1);
 
 /// How often the machine is shown.
@@ -76,7 +76,7 @@ pub(super) struct Server<'s> {
     allowed: Allowed,
     pages: Pages,
     bench: Bench,
-    /// Whether each line has a client.
+    /// True if each line has a client.
     taken: Vec<bool>,
     /// The messages already sent about each line's client.
     told: Vec<Told>,
@@ -282,7 +282,7 @@ impl<'s> Server<'s> {
         self.pages.show(desk, (self.around.clock)());
     }
 
-    /// Whether opening a line resets the machine. If so, bytes that wait to go in are lost, as in a
+    /// True if opening a line resets the machine. If so, bytes that wait to go in are lost, as in a
     /// real reset.
     fn resets(&mut self, line: usize) -> bool {
         let resets = match &self.specs[line] {

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
 use std::time::Duration;
 
-/// How long the program's end waits for unwritten text.
+/// The time that the program's end waits for unwritten text.
 const PARTING: Duration = Duration::from_millis(500);
 
 /// Hands text to a thread that writes it; never waits itself. Text that is flushed together is
@@ -47,7 +47,7 @@ impl Write for Spool {
     }
 
     /// # Errors
-    /// `WouldBlock` where there is no room: the text since the last flush is thrown away.
+    /// `WouldBlock` if there is no room: the text since the last flush is thrown away.
     /// The failure of the output, once; then `BrokenPipe`.
     fn flush(&mut self) -> io::Result<()> {
         let piece = std::mem::take(&mut self.begun);

@@ -114,7 +114,7 @@ impl<'s> FirstBytes<'s> {
         }
     }
 
-    /// Whether more bytes are needed to decide.
+    /// Returns true if more bytes are needed to decide.
     fn is_open(&self) -> bool {
         matches!(self.place, Place::Silent | Place::Begun(_))
     }

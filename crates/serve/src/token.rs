@@ -27,7 +27,7 @@ impl Token {
         fits.then(|| Self(text.to_owned()))
     }
 
-    /// Whether the query of an address, such as `token=...`, contains the token. The time does not
+    /// True if the query of an address, such as `token=...`, contains the token. The time does not
     /// depend on where a guess differs.
     pub(super) fn is_in(&self, query: &str) -> bool {
         let guesses = query

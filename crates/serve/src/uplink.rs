@@ -61,7 +61,7 @@ impl Uplink {
         self.page_count.fetch_add(1, Ordering::Relaxed)
     }
 
-    /// Whether the threads are to end.
+    /// Returns true if the threads are to end.
     pub(super) fn stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }

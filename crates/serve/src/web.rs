@@ -70,7 +70,7 @@ pub(super) fn beginning(bytes: &[u8]) -> Beginning {
     }
 }
 
-/// Whether a sender begins with this byte: text, a line end, 0x18 or another realtime byte. TLS and
+/// True if a sender begins with this byte: text, a line end, 0x18 or another realtime byte. TLS and
 /// most frames begin with another control byte.
 fn may_begin(byte: u8) -> bool {
     !byte.is_ascii_control() || byte.is_ascii_whitespace() || byte == 0x18
@@ -95,7 +95,7 @@ impl Default for Allowed {
 pub enum Foreign {
     /// The request comes from a page of another origin.
     Origin(String),
-    /// The request uses a name of this computer that anybody may own; empty where it has none.
+    /// The request uses a name of this computer that anybody may own; empty if it has none.
     Host(String),
 }
 
@@ -177,7 +177,7 @@ fn only(headers: &HeaderMap, name: impl AsHeaderName) -> Result<Option<String>, 
     }
 }
 
-/// Whether nobody else can own this host name: it is an address, or a name that means this computer
+/// True if nobody else can own this host name: it is an address, or a name that means this computer
 /// everywhere (RFC 6761, section 6.3).
 fn is_this_computer(host: &str) -> bool {
     let bare = host
@@ -189,7 +189,7 @@ fn is_this_computer(host: &str) -> bool {
         || name.ends_with(".localhost")
 }
 
-/// Whether the port that a page sends its request to has served this page.
+/// Returns true if the port that a page sends its request to has served this page.
 fn is_served_by(page: &str, host: &str) -> bool {
     let authority = page
         .strip_prefix("http://")

@@ -14,7 +14,7 @@ const MAX_KEYS: usize = MAX_RECORDS + 32;
 /// The newest record of each key.
 pub(super) type Index = Vec<Place, MAX_KEYS>;
 
-/// Where the newest record of a key is.
+/// The place of a key's newest record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Place {
     pub(super) code: u16,
@@ -55,7 +55,7 @@ pub(super) enum AreaState {
 pub(super) struct Scan {
     pub(super) area: AreaState,
     pub(super) tail: Tail,
-    /// Where the next record goes; the size of the area if a record is bad.
+    /// The place of the next record; the size of the area if a record is bad.
     pub(super) end: usize,
     pub(super) index: Index,
 }

@@ -95,7 +95,7 @@ pub enum Written {
 struct Active {
     area: Area,
     sequence: u32,
-    /// Where the next record goes; the size of the area if the records must be copied to the other
+    /// The next record's place; the size of the area if the records must be copied to the other
     /// area first.
     end: usize,
     /// How many bytes of that record are written already.
@@ -310,7 +310,7 @@ impl Records {
         Ok(())
     }
 
-    /// Prepares the area that is not in use, so that no later change has to wait for that. Where
+    /// Prepares the area that is not in use, so that no later change has to wait for that. If
     /// something was lost, the area stays as it is until all that is left was copied and read back.
     ///
     /// # Errors
@@ -350,7 +350,7 @@ impl Records {
         let active = scan.sequence().map(|sequence| Active {
             area,
             sequence,
-            // Where something is lost, the first change copies all records to the other area.
+            // If something is lost, the first change copies all records to the other area.
             // Otherwise that area might be readable at a later power-up, and its values would count
             // again.
             end: if sound { scan.end } else { size },
@@ -451,7 +451,7 @@ fn write_faithfully<S: SettingsStore>(
     same.then_some(()).ok_or(StoreError::Unfaithful)
 }
 
-/// Returns the condition of a store where neither area has a commit record.
+/// Returns the condition of a store if neither area has a commit record.
 fn unreadable(first: &Scan, second: &Scan) -> Condition {
     let any = |area| first.area == area || second.area == area;
     if any(AreaState::Foreign) {

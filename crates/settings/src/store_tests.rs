@@ -44,7 +44,7 @@ fn program() -> StdVec<(RecordKey, StdVec<u8>)> {
         .collect()
 }
 
-/// The acknowledged values, and the value that was being written where power was lost.
+/// The acknowledged values, and the value that was being written when power was lost.
 type Outcome = (BTreeMap<u16, StdVec<u8>>, Option<(u16, StdVec<u8>)>);
 
 /// Runs the program until it is done or power is lost.

@@ -27,7 +27,7 @@ pub enum Kind {
     Decimal {
         /// Decimals in print, 0 or 3.
         places: u8,
-        /// Whether 0 is allowed.
+        /// True if 0 is allowed.
         zero: bool,
     },
     /// An exact decimal to either side of 0, printed with 3 decimals.
@@ -63,7 +63,7 @@ const WORD: Kind = Kind::Whole { max: 65_535 };
 /// A setting of the machine, or a setting that each axis has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Row {
-    /// The number after the `$`; the number for the first axis where each axis has the setting.
+    /// The number after the `$`; the number for the first axis if each axis has the setting.
     pub number: u16,
     /// A short name.
     pub name: &'static str,
@@ -77,7 +77,7 @@ pub struct Row {
     pub kind: Kind,
     /// Its value in a new machine.
     pub default: Number,
-    /// Whether `$$` prints it.
+    /// True if `$$` prints it.
     pub listed: bool,
 }
 

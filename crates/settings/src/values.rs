@@ -134,7 +134,7 @@ impl<const AXES: usize> Default for Settings<AXES> {
 }
 
 impl<const AXES: usize> Settings<AXES> {
-    /// Makes the settings of a new machine: the table's defaults, or the machine's own where
+    /// Makes the settings of a new machine: the table's defaults, or the machine's own if
     /// `defaults` has one.
     pub fn new(defaults: &'static [Entry]) -> Self {
         Self::of_axes(AXES, defaults)
@@ -217,7 +217,7 @@ impl<const AXES: usize> Settings<AXES> {
     }
 
     /// Takes a stored value, which was accepted once: the board's step limits are not checked
-    /// again. Returns `false` where there is no such setting, or where the value is out of range.
+    /// again. Returns `false` if there is no such setting, or if the value is out of range.
     pub fn load(&mut self, entry: Entry) -> bool {
         let Some(key) = self.key(entry.number) else {
             return false;

@@ -47,7 +47,7 @@ pub struct Counts {
     /// The longest time from the instant at which a tick was due to the start of its interrupt, in
     /// cycles.
     pub longest_delay: u64,
-    /// How often synchronised outputs have changed.
+    /// The number of times that synchronised outputs have changed.
     pub(crate) output_changes: u64,
 }
 
@@ -78,15 +78,15 @@ pub struct SimBoard<O, const MOTORS: usize> {
     /// Motors that are mounted the other way round: they move their carriages backwards where
     /// others move them forwards.
     pub(crate) mirrored: MotorMask,
-    /// The contacts between the switches and the inputs; `None` where the inputs follow the
+    /// The contacts between the switches and the inputs; `None` if the inputs follow the
     /// switches directly.
     pub(crate) contacts: Option<Inputs<MOTORS>>,
     /// Set whenever an input may have changed its level.
     pub(crate) switches_moved: bool,
-    /// Whether the check of positions needs a new origin: the wiring or a carriage's place has
+    /// True if the check of positions needs a new origin: the wiring or a carriage's place has
     /// changed.
     pub(crate) rewired: bool,
-    /// Parts of a dominant step in each tick of the segment under way; `None` where no tick is due.
+    /// Parts of a dominant step in each tick of the segment under way; `None` if no tick is due.
     pub(crate) parts_per_tick: Option<u64>,
     costs: Costs,
     /// The start of the tick or poll under way.
@@ -220,7 +220,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         self.now + u64::from(self.takes)
     }
 
-    /// Whether the next step interrupt comes after the instant at which its tick is due.
+    /// Returns true if the next step interrupt comes after the instant at which its tick is due.
     #[inline]
     pub(crate) fn is_late(&self) -> bool {
         self.step_due != self.tick_due
@@ -239,7 +239,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         self.step_due = self.tick_due;
     }
 
-    /// Whether a motor has stepped since power-up.
+    /// Returns true if a motor has stepped since power-up.
     pub(crate) fn has_stepped(&self) -> bool {
         self.first_step != Cycle::NEVER
     }

@@ -28,7 +28,7 @@ impl Cycle {
     /// Later than everything (1700 years): an event at this time does not happen.
     pub const NEVER: Self = Self(u64::MAX / 2);
 
-    /// The first cycle of a microsecond since power-up; [`Cycle::NEVER`] where that is too late.
+    /// The first cycle of a microsecond since power-up; [`Cycle::NEVER`] if that is too late.
     pub const fn from_micros(micros: u64) -> Self {
         match micros.checked_mul(CYCLES_PER_US) {
             Some(cycles) if cycles < Self::NEVER.0 => Self(cycles),
@@ -78,7 +78,7 @@ impl Add<u64> for Cycle {
 
 impl Sub for Cycle {
     type Output = u64;
-    /// Cycles from `earlier` to this instant; 0 where `earlier` is not earlier.
+    /// Cycles from `earlier` to this instant; 0 if `earlier` is not earlier.
     #[inline]
     fn sub(self, earlier: Self) -> u64 {
         self.0.saturating_sub(earlier.0)

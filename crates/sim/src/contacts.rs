@@ -18,9 +18,9 @@ use leadscrew_stepper::MotorMask;
 /// neither bounces nor filters.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Contacts {
-    /// How long a limit switch or a probe bounces at each edge, microseconds.
+    /// The time that a limit switch or a probe bounces at each edge, microseconds.
     pub bounce_us: u16,
-    /// Whether the board filters its inputs for the time of `$706`, as the firmware does.
+    /// True if the board filters its inputs for the time of `$706`, as the firmware does.
     pub filtered: bool,
 }
 
@@ -44,10 +44,10 @@ pub(crate) struct Inputs<const MOTORS: usize> {
     moved: [Option<Cycle>; INPUTS],
     /// Levels at the last look.
     seen: u16,
-    /// For each input, when its filter time ends; `None` where the filter does not wait for it.
+    /// For each input, when its filter time ends; `None` if the filter does not wait for it.
     settling: [Option<Cycle>; INPUTS],
     believed: u16,
-    /// Where the motors stood at the edge of the probe.
+    /// The motors' places at the edge of the probe.
     at_probe: [i32; MOTORS],
     due: Cycle,
 }
@@ -55,12 +55,12 @@ pub(crate) struct Inputs<const MOTORS: usize> {
 /// A message to the machine that believed levels have changed.
 pub(crate) struct Told<const MOTORS: usize> {
     pub(crate) levels: Switches,
-    /// Where the motors stood at the edge.
+    /// The motors' places at the edge.
     pub(crate) position: [i32; MOTORS],
 }
 
 impl<const MOTORS: usize> Inputs<MOTORS> {
-    /// Makes the inputs of a board with these contacts; `None` where the machine sees its switches
+    /// Makes the inputs of a board with these contacts; `None` if the machine sees its switches
     /// directly.
     pub(crate) fn new(contacts: Contacts) -> Option<Self> {
         let open = word(&Switches::OPEN);
@@ -227,7 +227,7 @@ mod tests {
         inputs
     }
 
-    /// The times at which the machine learns of each level, in microseconds, where a carriage
+    /// The times at which the machine learns of each level, in microseconds, if a carriage
     /// closes the switch at 1000.
     fn learns(inputs: &mut Inputs<1>) -> Vec<(u64, bool)> {
         let mut learned = Vec::new();

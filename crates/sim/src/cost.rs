@@ -7,7 +7,7 @@
 //!
 //! An interrupt is charged the median of its times in a job, with its entry and exit. The longest
 //! time decides whether a tick is late. A tick that takes a segment is charged the longest time
-//! where the segment begins a line, and the median elsewhere. The main loop's work is charged its
+//! if the segment begins a line, and the median elsewhere. The main loop's work is charged its
 //! mean. For this mean, each measured job adds one kind of work to the job before it; the added
 //! cycles are the cost of this kind (`tests/firmware/src/checks/costs.rs`).
 //!

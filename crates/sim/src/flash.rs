@@ -30,7 +30,7 @@ impl Flash {
         }
     }
 
-    /// Whether any byte has changed since the last call.
+    /// Returns true if any byte has changed since the last call.
     pub fn changed(&mut self) -> bool {
         std::mem::take(&mut self.changed)
     }

@@ -22,6 +22,7 @@ pub mod clock;
 pub mod contacts;
 pub mod cost;
 pub mod event_loop;
+pub mod fixtures;
 pub mod flash;
 pub mod link;
 pub mod load;
@@ -34,7 +35,6 @@ pub mod own;
 pub mod plant;
 mod position;
 pub mod powered;
-pub mod profile;
 pub mod program;
 pub mod replay;
 pub mod scene;
@@ -48,12 +48,17 @@ pub mod trouble;
 pub use clock::Cycle;
 pub use contacts::Contacts;
 pub use event_loop::{Simulation, Stopped};
+pub use fixtures::Fixtures;
 pub use link::{Host, Rate};
 pub use observer::{Observer, StepEvent};
 pub use outcome::{Answers, Outcome};
 pub use output_pins::OutputPins;
+pub use powered::PowerUp;
 pub use setup::{Memory, Setup};
 pub use streamer::{Replies, Reply, Streamer, Streaming};
+
+/// Machine files: a simulated machine is made from one.
+pub use leadscrew_machine_file as profile;
 
 /// The examples of the package's README, run as tests.
 #[cfg(doctest)]

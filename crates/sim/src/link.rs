@@ -21,7 +21,7 @@ pub trait Host {
     /// Asked when the line is free, and again after each byte that the host receives.
     fn next_byte(&mut self, channel: ChannelId) -> Option<u8>;
 
-    /// Whether the host has closed the line since it was last asked. The bytes that it sent before
+    /// True if the host has closed the line since it was last asked. The bytes that it sent before
     /// are on the way; after them the board notices the close.
     fn closes(&mut self, channel: ChannelId) -> bool {
         let _ = channel;
@@ -31,7 +31,7 @@ pub trait Host {
     /// A byte from the board has come in.
     fn receive(&mut self, channel: ChannelId, byte: u8, now: Cycle);
 
-    /// Whether the host has sent all that it has to send, and has heard an answer to each line.
+    /// True if the host has sent all that it has to send, and has heard an answer to each line.
     fn is_done(&self) -> bool {
         false
     }
@@ -52,7 +52,7 @@ impl<H: Host + ?Sized> Host for &mut H {
     }
 }
 
-/// How fast a line is.
+/// The rate of a line.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Rate {
     /// Bits a second; ten bits a byte.
@@ -62,7 +62,7 @@ pub enum Rate {
 }
 
 impl Rate {
-    /// The time of a byte in cycles, rounded down; `None` where it takes none.
+    /// The time of a byte in cycles, rounded down; `None` if it takes none.
     pub fn byte_time(self) -> Option<u64> {
         match self {
             Self::Baud(baud) => Some((CPU_HZ * 10 / u64::from(baud.get())).max(1)),
@@ -200,14 +200,14 @@ impl Links {
         taken
     }
 
-    /// Whether `channel` never waits.
+    /// Returns true if `channel` never waits.
     pub(crate) fn never_waits(&self, channel: ChannelId) -> bool {
         self.links
             .get(usize::from(channel.0))
             .is_some_and(|link| link.rate == Rate::NeverWaits)
     }
 
-    /// Whether a byte is on the way to the board on `channel`.
+    /// Returns true if a byte is on the way to the board on `channel`.
     pub(crate) fn is_receiving(&self, channel: ChannelId) -> bool {
         self.links
             .get(usize::from(channel.0))
@@ -221,7 +221,7 @@ impl Links {
         link.sending.pop_front()
     }
 
-    /// Puts the host's next byte on `channel` where the line is free.
+    /// Puts the host's next byte on `channel` if the line is free.
     pub(crate) fn feed(&mut self, channel: ChannelId, host: &mut impl Host, now: Cycle) {
         let Some(link) = self.links.get_mut(usize::from(channel.0)) else {
             return;

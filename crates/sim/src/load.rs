@@ -98,7 +98,7 @@ impl Cpu {
         self.charge(start, u64::from(cycles));
     }
 
-    /// Whether the CPU is free at `at`.
+    /// Returns true if the CPU is free at `at`.
     #[inline]
     pub fn is_free(&self, at: Cycle) -> bool {
         self.main_start(Cycle::ZERO) <= at

@@ -18,7 +18,7 @@ pub const LOAD: u32 = 290;
 /// The same: the longest, the first of a line.
 pub const LOAD_MOST: u32 = 448;
 
-/// A tick that comes to rest where no segment is left.
+/// A tick that comes to rest when no segment is left.
 pub const RUN_OUT: u32 = 216;
 
 /// From the end of a pulse's time to the fall of the step pins: the shortest.

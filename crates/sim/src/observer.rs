@@ -27,12 +27,12 @@ pub struct StepEvent {
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Taken<'a> {
     /// The steps of each motor in the move that begins with this segment, without their direction;
-    /// `None` where the segment continues the move under way.
+    /// `None` if the segment continues the move under way.
     pub line: Option<&'a [u32]>,
-    /// Steps of the dominant motor that end in this segment. 0 where a step is split over several
+    /// Steps of the dominant motor that end in this segment. 0 if a step is split over several
     /// segments and this segment is not the last of them.
     pub step_events: u32,
-    /// Whether a whole step ends where the segment ends.
+    /// True if a whole step ends where the segment ends.
     pub ends_event: bool,
     /// Power in the segment's first and last tick, as shares of full power.
     pub power: [f64; 2],

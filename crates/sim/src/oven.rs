@@ -1,5 +1,6 @@
 //! The bodies that heaters warm: the room cools them, and sensors and relays may fail.
 
+use crate::profile::Body;
 use leadscrew_heat::{HeatPort, Sensor};
 use leadscrew_machine::board::{Duration, Instant};
 use std::str::FromStr;
@@ -10,18 +11,6 @@ const ROOM: f32 = 22.0;
 /// 0 °C and 25 °C, K.
 const ZERO: f32 = 273.15;
 const WARM_ROOM: f32 = 298.15;
-
-/// A body with a heater: `dT/dt = power − (T − room) / cools`, with `power` = 0 while the heater is
-/// off.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Body {
-    /// How fast the heater warms the body, K/s.
-    pub power: f32,
-    /// The time in which the difference to the room falls to 37 %, s.
-    pub cools: f32,
-    /// How its temperature is read.
-    pub sensor: Sensor,
-}
 
 /// The kind of a failure.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -1,7 +1,8 @@
 //! The extensions of a machine that its file asks for.
 
+use crate::fixtures::tool_port;
 use crate::output_pins::OutputPins;
-use crate::oven::{HeatFault, Oven};
+use crate::oven::{HeatFault, HeatWires, Oven};
 use crate::profile::Profile;
 use crate::tool_pins::{ToolHeight, ToolSwitches};
 use leadscrew_heat::{Fault, Heat};
@@ -49,35 +50,36 @@ pub struct OwnPins {
     pub tool: ToolHeight,
 }
 
-impl Profile {
-    /// The machine's extensions. The caller gives the outputs; they may be more than the file has.
-    pub fn extension<const AXES: usize>(
-        &self,
-        outputs: OutputsConfig,
-        fault: Option<HeatFault>,
-        pins: OwnPins,
-    ) -> Own<AXES> {
-        let outputs = (outputs.count > 0).then(|| Outputs::new(outputs, pins.outputs));
-        let tools = self.tool_change.as_ref();
-        let tools = tools.map(|table| ToolChange::new(table.config()));
-        let switched = self.tool_switches.as_ref();
-        let switched =
-            switched.map(|table| ZTool::new(table.config(), self.tool_port(table, pins.tool)));
-        ((self.heat(fault), outputs), (tools, switched))
-    }
+/// The machine's extensions. The caller gives the outputs; they may be more than the file has.
+pub fn extension<const AXES: usize>(
+    profile: &Profile,
+    outputs: OutputsConfig,
+    fault: Option<HeatFault>,
+    pins: OwnPins,
+) -> Own<AXES> {
+    let outputs = (outputs.count > 0).then(|| Outputs::new(outputs, pins.outputs));
+    let tools = profile.tool_change.as_ref();
+    let tools = tools.map(|table| ToolChange::new(table.config()));
+    let switched = profile.tool_switches.as_ref();
+    let switched =
+        switched.map(|table| ZTool::new(table.config(), tool_port(profile, table, pins.tool)));
+    ((heat(profile, fault), outputs), (tools, switched))
+}
 
-    fn heat(&self, fault: Option<HeatFault>) -> Option<Heat<Oven, HEATERS>> {
-        if !self.heaters.is_any() && !self.fan.fitted {
-            return None;
-        }
-        let config = self.heat_config();
-        let oven = Oven::new(
-            &self.heaters.bodies(),
-            config.reference,
-            self.heaters.wires(),
-            fault,
-        );
-        // A file with heaters that this refuses is refused when it is read.
-        Heat::new(config, self.heaters.configs(), oven).ok()
+fn heat(profile: &Profile, fault: Option<HeatFault>) -> Option<Heat<Oven, HEATERS>> {
+    if !profile.heaters.is_any() && !profile.fan.fitted {
+        return None;
     }
+    let config = profile.heat_config();
+    let oven = Oven::new(
+        &profile.heaters.bodies(),
+        config.reference,
+        HeatWires {
+            supply_relay: profile.heaters.supply_relay,
+            fault_input: profile.heaters.fault_input,
+        },
+        fault,
+    );
+    // A file with heaters that this refuses is refused when it is read.
+    Heat::new(config, profile.heaters.configs(), oven).ok()
 }

@@ -2,12 +2,13 @@
 
 use crate::clock::Cycle;
 use crate::event_loop::{Simulation, Stopped};
+use crate::fixtures::Fixtures;
 use crate::flash::Flash;
 use crate::link::{Host, Rate};
 use crate::observer::Observer;
 use crate::outcome::Outcome;
 use crate::oven::HeatFault;
-use crate::own::Own;
+use crate::own::{self, Own};
 use crate::plant::Pin;
 use crate::profile::{Belts, Profile, MOST_AXES};
 use crate::setup::{Memory, Setup};
@@ -37,9 +38,9 @@ pub trait Powered {
     fn wait_until(&mut self, host: &mut dyn Host, end: Cycle);
     /// The simulated present.
     fn now(&self) -> Cycle;
-    /// Whether the machine waits for its operator: a program pause, a tool change.
+    /// Returns true if the machine waits for its operator: a program pause, a tool change.
     fn waits_for_operator(&self) -> bool;
-    /// Whether no job and no command is under way.
+    /// Returns true if no job and no command is under way.
     fn is_quiet(&self) -> bool;
     /// The results so far.
     fn outcome(&self) -> Outcome<MOST_MOTORS>;
@@ -51,7 +52,7 @@ pub trait Powered {
     fn axes(&self) -> usize;
     /// Lines that the machine has begun since power-up.
     fn lines_begun(&self) -> u32;
-    /// Where the carriages are, steps of their motors.
+    /// The carriages' places, steps of their motors.
     fn carriages(&self) -> [i32; MOST_MOTORS];
     /// Holds an input at a level whatever its switch does; `None` releases it. Returns the level at
     /// which it was held before.
@@ -87,7 +88,7 @@ pub struct Snapshot {
     pub feed: f32,
     /// Feed, rapid and spindle overrides, percent.
     pub overrides: [u8; 3],
-    /// Where work zero is, machine position, axis by axis.
+    /// The place of work zero, machine position, axis by axis.
     pub work_offset: Vec<f32>,
     /// The output to the spindle.
     pub spindle: SpindleOutput,
@@ -228,29 +229,49 @@ pub struct Supply {
     pub first: Option<&'static [Entry]>,
     /// Its serial lines.
     pub lines: usize,
-    /// How fast they are.
+    /// Their speed.
     pub rate: Rate,
     /// Its outputs that M62 to M65 switch.
     pub outputs: OutputsConfig,
     /// A failure of a heater during the run.
     pub heat_fault: Option<HeatFault>,
-    /// Where the carriages are, in steps of their motors; `None` for the places in the file.
+    /// The carriages' places, in steps of their motors; `None` for the places in the file.
     pub carriages: Option<[i32; MOST_MOTORS]>,
     /// The times of making steps on its board.
     pub timing: StepTiming,
-    /// Whether only times count: the steps of a segment are made at once.
+    /// True if only times count: the steps of a segment are made at once.
     pub glides: bool,
-    /// Whether the lines of a raster become rows; if not, each is a move of its own, as in Grbl.
+    /// True if the lines of a raster become rows; if not, each is a move of its own, as in Grbl.
     pub joins_rows: bool,
     /// The least time from one line of a program to the next, µs, on serial lines that take time:
     /// how long a slow machine takes for a line.
     pub line_us: u64,
 }
 
-impl Profile {
+/// Puts a machine together and switches it on. Implemented for a machine's file.
+pub trait PowerUp {
     /// The options of a power-up with the file's values: one serial line at `rate`, and no failure
     /// of a heater.
-    pub fn supply(&self, rate: Rate) -> Supply {
+    fn supply(&self, rate: Rate) -> Supply;
+
+    /// Powers the machine up and lends it to `work`.
+    fn power_up(
+        &self,
+        with: Supply,
+        observer: &mut dyn Observer,
+        work: &mut dyn FnMut(&mut dyn Powered),
+    );
+
+    /// Powers the machine up for as long as the program runs: its memory is never freed.
+    fn power_up_for_good(
+        &self,
+        with: Supply,
+        observer: &'static mut dyn Observer,
+    ) -> Box<dyn Powered>;
+}
+
+impl PowerUp for Profile {
+    fn supply(&self, rate: Rate) -> Supply {
         Supply {
             first: None,
             lines: 1,
@@ -265,8 +286,7 @@ impl Profile {
         }
     }
 
-    /// Powers the machine up and lends it to `work`.
-    pub fn power_up(
+    fn power_up(
         &self,
         with: Supply,
         observer: &mut dyn Observer,
@@ -275,103 +295,96 @@ impl Profile {
         // Every machine has one motor more than axes, fitted or not, so that fewer types have to be
         // compiled.
         match self.axis_count() {
-            6 => self.simulate::<6, 7>(with, observer, work),
-            5 => self.simulate::<5, 6>(with, observer, work),
-            4 => self.simulate::<4, 5>(with, observer, work),
-            _ => self.simulate::<3, 4>(with, observer, work),
+            6 => simulate::<6, 7>(self, with, observer, work),
+            5 => simulate::<5, 6>(self, with, observer, work),
+            4 => simulate::<4, 5>(self, with, observer, work),
+            _ => simulate::<3, 4>(self, with, observer, work),
         }
     }
 
-    /// Powers the machine up for as long as the program runs: its memory is never freed.
-    pub fn power_up_for_good(
+    fn power_up_for_good(
         &self,
         with: Supply,
         observer: &'static mut dyn Observer,
     ) -> Box<dyn Powered> {
         match self.axis_count() {
-            6 => self.keep::<6, 7>(with, observer),
-            5 => self.keep::<5, 6>(with, observer),
-            4 => self.keep::<4, 5>(with, observer),
-            _ => self.keep::<3, 4>(with, observer),
+            6 => keep::<6, 7>(self, with, observer),
+            5 => keep::<5, 6>(self, with, observer),
+            4 => keep::<4, 5>(self, with, observer),
+            _ => keep::<3, 4>(self, with, observer),
         }
     }
+}
 
-    fn simulate<const AXES: usize, const MOTORS: usize>(
-        &self,
-        with: Supply,
-        observer: &mut dyn Observer,
-        work: &mut dyn FnMut(&mut dyn Powered),
-    ) {
-        let setup = self.setup::<AXES>(with);
-        let mut memory = Memory::<AXES, MOTORS, MOVES>::new(&setup);
-        work(&mut self.assemble(&setup, with, &mut memory, observer));
-    }
+fn simulate<const AXES: usize, const MOTORS: usize>(
+    profile: &Profile,
+    with: Supply,
+    observer: &mut dyn Observer,
+    work: &mut dyn FnMut(&mut dyn Powered),
+) {
+    let setup = setup::<AXES>(profile, with);
+    let mut memory = Memory::<AXES, MOTORS, MOVES>::new(&setup);
+    work(&mut assemble(profile, &setup, with, &mut memory, observer));
+}
 
-    fn keep<const AXES: usize, const MOTORS: usize>(
-        &self,
-        with: Supply,
-        observer: &'static mut dyn Observer,
-    ) -> Box<dyn Powered> {
-        let setup = self.setup::<AXES>(with);
-        let memory = Box::leak(Box::new(Memory::<AXES, MOTORS, MOVES>::new(&setup)));
-        Box::new(self.assemble(&setup, with, memory, observer))
-    }
+fn keep<const AXES: usize, const MOTORS: usize>(
+    profile: &Profile,
+    with: Supply,
+    observer: &'static mut dyn Observer,
+) -> Box<dyn Powered> {
+    let setup = setup::<AXES>(profile, with);
+    let memory = Box::leak(Box::new(Memory::<AXES, MOTORS, MOVES>::new(&setup)));
+    Box::new(assemble(profile, &setup, with, memory, observer))
+}
 
-    fn setup<const AXES: usize>(&self, with: Supply) -> Setup<AXES> {
-        let mut config = match with.first {
-            Some(defaults) => MachineConfig {
-                defaults,
-                ..self.bare_config()
-            },
-            None => self.config(),
-        };
-        config.step_timing = with.timing;
-        if !with.joins_rows {
-            config.pixels = 0;
-        }
-        let mut setup = Setup::new(config, with.rate);
-        setup.lines = vec![with.rate; with.lines];
-        setup.receive_buffer = usize::from(self.receive_buffer());
-        setup.contacts = self.contacts();
-        setup
+fn setup<const AXES: usize>(profile: &Profile, with: Supply) -> Setup<AXES> {
+    let mut config = match with.first {
+        Some(defaults) => MachineConfig {
+            defaults,
+            ..profile.bare_config()
+        },
+        None => profile.config(),
+    };
+    config.step_timing = with.timing;
+    if !with.joins_rows {
+        config.pixels = 0;
     }
+    let mut setup = Setup::new(config, with.rate);
+    setup.lines = vec![with.rate; with.lines];
+    setup.receive_buffer = usize::from(profile.receive_buffer());
+    setup.contacts = profile.contacts();
+    setup
+}
 
-    /// Puts the machine together: its extensions, its carriages and the switches that they work.
-    fn assemble<'m, const AXES: usize, const MOTORS: usize>(
-        &self,
-        setup: &Setup<AXES>,
-        with: Supply,
-        memory: &'m mut Memory<AXES, MOTORS, MOVES>,
-        observer: &'m mut dyn Observer,
-    ) -> Assembled<'m, AXES, MOTORS> {
-        let own = self.extension::<AXES>(with.outputs, with.heat_fault, memory.own_pins());
-        let mut simulation = Simulation::extended(memory, setup, self.train(), observer, own);
-        if with.glides {
-            simulation.glide();
-        }
-        simulation.pace(with.line_us);
-        simulation.mirror(self.reversed());
-        if self.kinematics == Belts::CoreXy {
-            simulation.cross_belts();
-        }
-        let mut places = with.carriages.unwrap_or_else(|| self.start()).into_iter();
-        simulation.place([0; MOTORS].map(|_: i32| places.next().unwrap_or(0)));
-        if let Some(plate) = self.plate() {
-            simulation.bend_plate(plate);
-        }
-        for switch in self.plant_switches() {
-            simulation.add_switch(switch);
-        }
-        simulation.set_pin(Pin::Door, !self.door.open);
-        simulation
+/// Puts the machine together: its extensions, its carriages and the switches that they work.
+fn assemble<'m, const AXES: usize, const MOTORS: usize>(
+    profile: &Profile,
+    setup: &Setup<AXES>,
+    with: Supply,
+    memory: &'m mut Memory<AXES, MOTORS, MOVES>,
+    observer: &'m mut dyn Observer,
+) -> Assembled<'m, AXES, MOTORS> {
+    let own = own::extension::<AXES>(profile, with.outputs, with.heat_fault, memory.own_pins());
+    let mut simulation = Simulation::extended(memory, setup, profile.train(), observer, own);
+    if with.glides {
+        simulation.glide();
     }
-
-    /// The gearing between its axes and motors.
-    pub fn train(&self) -> Train {
-        match (self.kinematics, &self.second_motor) {
-            (Belts::CoreXy, _) => Train::Crossed,
-            (Belts::Cartesian, Some(second)) => Train::Ganged(second.axis.number()),
-            (Belts::Cartesian, None) => Train::Straight,
-        }
+    simulation.pace(with.line_us);
+    simulation.mirror(profile.reversed());
+    if profile.kinematics == Belts::CoreXy {
+        simulation.cross_belts();
     }
+    let mut places = with
+        .carriages
+        .unwrap_or_else(|| profile.start())
+        .into_iter();
+    simulation.place([0; MOTORS].map(|_: i32| places.next().unwrap_or(0)));
+    if let Some(plate) = profile.plate() {
+        simulation.bend_plate(plate);
+    }
+    for switch in profile.plant_switches() {
+        simulation.add_switch(switch);
+    }
+    simulation.set_pin(Pin::Door, !profile.door.open);
+    simulation
 }

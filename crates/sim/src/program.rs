@@ -30,7 +30,7 @@ impl std::fmt::Debug for Running {
     }
 }
 
-/// How often the branch of a condition was run, and how often it was not.
+/// The number of times that the branch of a condition was run, and how often it was not.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
 pub struct Branch {
     /// Times that it was run.

@@ -21,7 +21,7 @@ pub(crate) struct Stepping<'a, const MOTORS: usize> {
     /// Parts of a dominant step in each tick of the segment that is being taken.
     next_parts: Option<u64>,
     underruns: u32,
-    /// Whether the next interrupt is the first one after a rest.
+    /// True if the next interrupt is the first one after a rest.
     at_rest: bool,
     /// The segment under way ends at rest.
     ends: bool,
@@ -59,7 +59,7 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         }
     }
 
-    /// From now on passes over the steps of a segment, where no switch is near: only times count.
+    /// From now on passes over the steps of a segment, if no switch is near: only times count.
     pub(crate) fn glide(&mut self) {
         self.glides = true;
     }
@@ -135,7 +135,7 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
     }
 
     /// Passes over the coming step interrupts that change nothing, up to `horizon`, with the same
-    /// result as [`Stepping::step`]. Does nothing where the CPU is busy or an interrupt is late,
+    /// result as [`Stepping::step`]. Does nothing if the CPU is busy or an interrupt is late,
     /// because then interrupts delay each other.
     #[inline]
     fn pass_quiet<O: Observer>(
@@ -233,7 +233,7 @@ fn cycles_of(interval: Interval) -> u64 {
     (interval.to_bits() >> 32) * CYCLES_PER_COUNT
 }
 
-/// The part of a dominant motor's step that one tick of `segment` makes, in [`PARTS`]. Where a step
+/// The part of a dominant motor's step that one tick of `segment` makes, in [`PARTS`]. If a step
 /// is split over segments, the whole step counts in the last of them.
 fn parts_per_tick<const MOTORS: usize>(segment: &Segment<MOTORS>) -> u64 {
     if segment.ends_event {

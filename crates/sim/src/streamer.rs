@@ -45,10 +45,10 @@ pub enum Reply<'a> {
     Alarm {
         /// GRBL's number.
         code: u8,
-        /// The first unanswered line in the program, from 1; the last answered line where none is
+        /// The first unanswered line in the program, from 1; the last answered line if none is
         /// unanswered.
         line: u64,
-        /// That line as it stands in the program; empty where it has been answered.
+        /// That line as it stands in the program; empty if it has been answered.
         text: &'a [u8],
     },
     /// Anything else: reports, messages, the banner.
@@ -66,6 +66,18 @@ const RESET: u8 = 0x18;
 /// The beginning of the line that the machine says after a reset.
 const BANNER: &[u8] = b"Grbl ";
 
+/// What a sender does with the next line of its program.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Then {
+    /// It sends it as soon as it fits.
+    GoOn,
+    /// It sends it, and waits for its answer before it sends more: the machine will probably refuse
+    /// it, and the program is to stop there.
+    Await,
+    /// It sends neither this line nor any after it.
+    Stop,
+}
+
 /// Takes the machine's replies, in order.
 pub trait Replies {
     /// A reply has come in at `now`.
@@ -77,11 +89,10 @@ pub trait Replies {
         let _ = (number, line);
     }
 
-    /// Whether the sender must wait for the answer to `line`, which is about to be sent, before it
-    /// sends more: the machine will probably refuse `line`, and the program is to stop there.
-    fn is_last(&mut self, line: &[u8]) -> bool {
+    /// What to do with `line`, which is about to be sent, and those after it.
+    fn before(&mut self, line: &[u8]) -> Then {
         let _ = line;
-        false
+        Then::GoOn
     }
 
     /// What a program may know of the machine after the line read last.
@@ -110,7 +121,7 @@ impl<F: FnMut(&Reply<'_>, Cycle)> Replies for F {
 pub struct Streaming {
     /// Bytes of unanswered lines, at most: the machine's receive buffer (128 for Grbl).
     pub window: usize,
-    /// Whether lines after a refused one are sent all the same.
+    /// True if lines after a refused one are sent all the same.
     pub keep_going: bool,
 }
 
@@ -135,7 +146,7 @@ pub struct Streamer<R, F> {
     unsent: usize,
     /// A line that has been read and does not fit yet.
     waiting: Option<u64>,
-    /// Whether nothing may follow the line read last before it is answered.
+    /// True if nothing may follow the line read last before it is answered.
     last: bool,
     line: Vec<u8>,
     incoming: Vec<u8>,
@@ -182,7 +193,7 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
         }
     }
 
-    /// Whether there is nothing left to send and no answer left to wait for.
+    /// Returns true if there is nothing left to send and no answer left to wait for.
     pub fn is_done(&self) -> bool {
         match self.state {
             Sending::Lines | Sending::Awaits => false,
@@ -201,7 +212,7 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
         self.answered
     }
 
-    /// The line that the machine is at: the first unanswered line, or the last one read where all
+    /// The line that the machine is at: the first unanswered line, or the last one read if all
     /// are answered.
     pub fn current(&self) -> u64 {
         self.pending
@@ -209,7 +220,7 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
             .map_or(self.lines.number(), |pending| pending.number)
     }
 
-    /// The first line that the machine has left unanswered, and its text; `None` where it owes no
+    /// The first line that the machine has left unanswered, and its text; `None` if it owes no
     /// answer.
     pub fn unanswered(&self) -> Option<(u64, Vec<u8>)> {
         let owes = !self.is_done() || self.was_reset();
@@ -217,7 +228,7 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
         Some((pending.number, self.text_of(pending)))
     }
 
-    /// Whether a byte of the program has reset the machine.
+    /// Returns true if a byte of the program has reset the machine.
     pub fn was_reset(&self) -> bool {
         matches!(self.state, Sending::Reset)
     }
@@ -276,7 +287,12 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
             Ok(Next::Line) => {
                 let number = self.lines.number();
                 self.replies.read(number, &self.line);
-                self.last = self.replies.is_last(&self.line) || self.lines.waits();
+                let then = self.replies.before(&self.line);
+                self.last = then == Then::Await || self.lines.waits();
+                if then == Then::Stop {
+                    self.state = Sending::Done;
+                    return None;
+                }
                 Some(number)
             }
             Ok(Next::Begins) if self.pending.is_empty() => self.read(),
@@ -465,7 +481,7 @@ impl<R: BufRead> Lines<R> {
         self.program.as_ref().map(Running::branches)
     }
 
-    /// Whether the line read last has to be answered before the next one is read.
+    /// Returns true if the line read last has to be answered before the next one is read.
     fn waits(&self) -> bool {
         self.program.is_some() && self.probes
     }
@@ -596,8 +612,11 @@ mod tests {
     impl Replies for Expects {
         fn reply(&mut self, _: &Reply<'_>, _: Cycle) {}
 
-        fn is_last(&mut self, line: &[u8]) -> bool {
-            line.contains(&b'7')
+        fn before(&mut self, line: &[u8]) -> Then {
+            match line.contains(&b'7') {
+                true => Then::Await,
+                false => Then::GoOn,
+            }
         }
     }
 

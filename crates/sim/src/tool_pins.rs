@@ -4,7 +4,7 @@ use leadscrew_ztool::{End, ToolPort};
 use std::cell::Cell;
 use std::rc::Rc;
 
-/// Where the carriage of Z is, in steps. A clone refers to the same carriage.
+/// The place of Z's carriage, in steps. A clone refers to the same carriage.
 #[derive(Clone, Debug, Default)]
 pub struct ToolHeight(Rc<Cell<i32>>);
 

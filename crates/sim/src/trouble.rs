@@ -137,7 +137,7 @@ pub struct Record<T> {
     first: Vec<T>,
 }
 
-/// How many entries are kept.
+/// The number of entries that are kept.
 const KEPT: usize = 100;
 
 impl<T> Default for Record<T> {
@@ -150,7 +150,7 @@ impl<T> Default for Record<T> {
 }
 
 impl<T> Record<T> {
-    /// How many entries there were.
+    /// The number of entries.
     pub fn count(&self) -> u64 {
         self.count
     }
@@ -160,7 +160,7 @@ impl<T> Record<T> {
         &self.first
     }
 
-    /// Whether there were no entries.
+    /// Returns true if there were no entries.
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }

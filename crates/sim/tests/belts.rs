@@ -4,6 +4,7 @@
 use leadscrew_machine::state::State;
 use leadscrew_planner::CoreXy;
 use leadscrew_sim::profile::Profile;
+use leadscrew_sim::Fixtures;
 use leadscrew_sim::{
     Answers, Cycle, Memory, Rate, Setup, Simulation, Stopped, Streamer, Streaming,
 };

@@ -5,6 +5,7 @@ use leadscrew_machine::board::ChannelId;
 use leadscrew_machine::state::{Lock, State};
 use leadscrew_planner::Ganged;
 use leadscrew_sim::profile::Profile;
+use leadscrew_sim::Fixtures;
 use leadscrew_sim::{Cycle, Host, Memory, Rate, Replies, Reply, Setup, Simulation, Stopped};
 use leadscrew_sim::{Streamer, Streaming};
 use std::path::Path;

@@ -4,6 +4,7 @@
 use leadscrew_sim::clock::seconds;
 use leadscrew_sim::powered::Powered;
 use leadscrew_sim::profile::Profile;
+use leadscrew_sim::PowerUp;
 use leadscrew_sim::{Answers, Observer, Rate, StepEvent, Streamer, Streaming};
 use std::path::Path;
 

@@ -4,6 +4,7 @@
 use leadscrew_machine::board::{ChannelId, CoolantOutput, SpindleOutput};
 use leadscrew_sim::powered::Powered;
 use leadscrew_sim::profile::Profile;
+use leadscrew_sim::PowerUp;
 use leadscrew_sim::{Cycle, Host, Rate};
 use std::collections::VecDeque;
 use std::path::Path;

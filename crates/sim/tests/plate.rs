@@ -4,6 +4,8 @@ use leadscrew_machine::board::ChannelId;
 use leadscrew_sim::plant::Plate;
 use leadscrew_sim::powered::Powered;
 use leadscrew_sim::profile::Profile;
+use leadscrew_sim::Fixtures;
+use leadscrew_sim::PowerUp;
 use leadscrew_sim::{Cycle, Host, Rate};
 use std::collections::VecDeque;
 use std::path::Path;

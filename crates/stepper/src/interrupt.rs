@@ -81,7 +81,7 @@ pub struct Glide<const MOTORS: usize> {
 }
 
 impl<const MOTORS: usize> StepInterrupt<MOTORS> {
-    /// Whether motion is stopped, a motor locked or the laser held off, or was until now.
+    /// Returns true if motion is stopped, a motor locked or the laser held off, or was until now.
     pub fn is_restricted(&self, shared: &Shared<MOTORS>) -> bool {
         shared.is_restricted()
     }
@@ -232,7 +232,7 @@ fn find_power<const MOTORS: usize>(
     interrupt.power = interrupt.stepper.next_power(next);
 }
 
-/// Begins the next segment and asks for its first tick; comes to rest where there is none.
+/// Begins the next segment and asks for its first tick; comes to rest if there is none.
 fn next_segment<P: StepPort, const MOTORS: usize>(
     interrupt: &mut StepInterrupt<MOTORS>,
     segments: &mut Consumer<'_, Segment<MOTORS>>,
@@ -252,7 +252,7 @@ fn next_segment<P: StepPort, const MOTORS: usize>(
     } else {
         Ticks(0)
     };
-    // Where `least` makes the tick later, all following ticks are later by the same time.
+    // If `least` makes the tick later, all following ticks are later by the same time.
     port.arm(interrupt.stepper.wait().max(least));
     if segment.power != interrupt.power {
         // The tick before this one looked for the next power when this segment was not there yet.

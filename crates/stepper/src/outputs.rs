@@ -26,7 +26,7 @@ impl OutputChange {
         }
     }
 
-    /// Whether all outputs stay as they are.
+    /// Returns true if all outputs stay as they are.
     pub const fn is_none(self) -> bool {
         self.set | self.clear == 0
     }

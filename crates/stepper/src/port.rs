@@ -21,7 +21,7 @@ pub trait StepPort {
     fn set_power(&mut self, power: Power);
 
     /// Sets the direction pins for the steps to come: the motors in `negative` turn in the negative
-    /// direction, all others in the positive one. Called where a motor reverses, and where motion
+    /// direction, all others in the positive one. Called when a motor reverses, and when motion
     /// starts.
     ///
     /// Takes effect when the present pulse has ended, or at once if there is none, so that a driver
@@ -33,7 +33,7 @@ pub trait StepPort {
     fn arm(&mut self, wait: Ticks);
 
     /// Changes the synchronised outputs. Outputs that `change` does not name stay as they are.
-    /// Called where a segment begins, mostly with nothing to change.
+    /// Called when a segment begins, mostly with nothing to change.
     fn change_outputs(&mut self, change: OutputChange);
 
     /// Makes the next interrupt come at once if the instant that [`StepPort::arm`] asked for has

@@ -9,7 +9,7 @@ use fixed::types::{I1F31, I32F32, U1F31, U32F32};
 /// The largest number of motors that a [`MotorMask`] can name.
 pub const MAX_MOTORS: usize = 8;
 
-/// A set of motors: bit *m* stands for motor *m* (bit 0 is X where axes and motors coincide).
+/// A set of motors: bit *m* stands for motor *m* (bit 0 is X if axes and motors coincide).
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct MotorMask(u8);
@@ -31,7 +31,7 @@ impl MotorMask {
         self.0
     }
 
-    /// Makes a set of the one motor `motor`; empty where `motor` is not below [`MAX_MOTORS`].
+    /// Makes a set of the one motor `motor`; empty if `motor` is not below [`MAX_MOTORS`].
     pub const fn only(motor: usize) -> Self {
         if motor < MAX_MOTORS {
             Self(1 << motor)
@@ -40,12 +40,12 @@ impl MotorMask {
         }
     }
 
-    /// Whether the set is empty.
+    /// Returns true if the set is empty.
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// Whether `motor` is in the set.
+    /// Returns true if `motor` is in the set.
     pub const fn contains(self, motor: usize) -> bool {
         motor < MAX_MOTORS && self.0 >> motor & 1 == 1
     }
@@ -103,7 +103,7 @@ impl<const MOTORS: usize> Line<MOTORS> {
     /// Makes the line that moves each motor by its signed number of steps.
     ///
     /// # Errors
-    /// [`LineError`] where no motor steps, or one has too many steps.
+    /// [`LineError`] if no motor steps, or one has too many steps.
     pub fn new(delta: [i32; MOTORS]) -> Result<Self, LineError> {
         let steps = delta.map(i32::unsigned_abs);
         let most = steps.iter().copied().max().unwrap_or(0);
@@ -134,7 +134,7 @@ impl<const MOTORS: usize> Line<MOTORS> {
     }
 
     /// The rest of this line after `taken` step events, the last of which was in a segment with
-    /// this `early`; `None` where nothing is left.
+    /// this `early`; `None` if nothing is left.
     ///
     /// Called from the main loop, for motion that goes on after another line came between
     /// (parking).
@@ -226,7 +226,7 @@ pub type IntervalChange = I32F32;
 /// Made by the planner's segmenter (main loop), consumed by [`crate::Stepper`] (step interrupt).
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Segment<const MOTORS: usize> {
-    /// The line that begins with this segment; `None` where the present line goes on.
+    /// The line that begins with this segment; `None` if the present line goes on.
     pub line: Option<LineStart<MOTORS>>,
     /// Ticks in this segment: step events times `2^smoothing`; 1 in a part of a step event.
     pub ticks: NonZeroU16,
@@ -236,7 +236,7 @@ pub struct Segment<const MOTORS: usize> {
     /// one tick each, so that each motor steps when it is due; each motor advances in one of the
     /// parts. [`MotorMask::ALL`] in all other segments.
     pub motors: MotorMask,
-    /// Whether a step event ends with this segment: of the parts of a step event only the last one
+    /// True if a step event ends with this segment: of the parts of a step event only the last one
     /// ends it.
     pub ends_event: bool,
     /// How early motors other than the dominant one step: half a tick of `smoothing`. In the last
@@ -246,11 +246,11 @@ pub struct Segment<const MOTORS: usize> {
     pub early: Early,
     /// Time from the segment's start to its first tick.
     pub interval: Interval,
-    /// How much longer each further interval is than the one before.
+    /// The amount by which each further interval is longer than the one before.
     pub interval_change: IntervalChange,
     /// Power from the segment's start to its first tick.
     pub power: Power,
-    /// How much more power each further interval has than the one before.
+    /// The amount by which each further interval has more power than the one before.
     pub power_change: PowerChange,
     /// The outputs that change at the segment's start.
     pub outputs: OutputChange,
@@ -269,7 +269,7 @@ impl<const MOTORS: usize> Segment<MOTORS> {
         }
     }
 
-    /// How long this segment takes, timer counts, rounded down: `p·n + d·n(n−1)/2`. Main loop.
+    /// The time that this segment takes, timer counts, rounded down: `p·n + d·n(n−1)/2`. Main loop.
     pub fn duration(&self) -> u32 {
         let ticks = u64::from(self.ticks.get());
         let first = ((self.interval.to_bits() >> 16) * ticks) >> 16; // 48 bits by 16
@@ -425,7 +425,7 @@ impl Early {
         }
     }
 
-    /// Whether this is the earliness of a part of a step event.
+    /// Returns true if this is the earliness of a part of a step event.
     pub const fn is_of_a_part(self) -> bool {
         self.bits & PART != 0
     }

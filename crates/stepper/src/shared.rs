@@ -5,9 +5,9 @@
 //!
 //! | word | written by | read by |
 //! |---|---|---|
-//! | stop, laser off | main loop and switch interrupts (store only) | step interrupt, where restricted |
-//! | direction wait | main loop, at rest | step interrupt, where a line begins |
-//! | motor lock | main loop; the switch interrupt alone while the limit switches are watched for homing | step interrupt, where restricted |
+//! | stop, laser off | main loop and switch interrupts (store only) | step interrupt, when restricted |
+//! | direction wait | main loop, at rest | step interrupt, when a line begins |
+//! | motor lock | main loop; the switch interrupt alone while the limit switches are watched for homing | step interrupt, when restricted |
 //! | position, running, counters | step interrupt | anybody |
 //!
 //! An ordinary tick looks at one word only, *restricted*: everybody who stops, locks or switches
@@ -30,7 +30,7 @@ use core::sync::atomic::{compiler_fence, AtomicBool, AtomicI32, AtomicU32, Atomi
 /// Words shared by the step interrupt, the switch interrupts and the main loop.
 #[derive(Debug)]
 pub struct Shared<const MOTORS: usize> {
-    /// Set where one of the next three words may be in force: a stop, a laser that is held off, a
+    /// Set when one of the next three words may be in force: a stop, a laser that is held off, a
     /// locked motor.
     restricted: AtomicBool,
     stop: AtomicBool,
@@ -76,7 +76,7 @@ impl<const MOTORS: usize> Shared<MOTORS> {
         self.restrict();
     }
 
-    /// Whether stepping is stopped. Any context.
+    /// Returns true if stepping is stopped. Any context.
     #[inline]
     pub fn is_stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
@@ -92,7 +92,7 @@ impl<const MOTORS: usize> Shared<MOTORS> {
         self.restrict();
     }
 
-    /// Whether the laser is held off. Any context.
+    /// Returns true if the laser is held off. Any context.
     #[inline]
     pub fn is_laser_off(&self) -> bool {
         self.laser_off.load(Ordering::Relaxed)
@@ -131,7 +131,7 @@ impl<const MOTORS: usize> Shared<MOTORS> {
         self.restricted.store(true, Ordering::Relaxed);
     }
 
-    /// Whether a tick has to look at stop, laser and motor lock. Step interrupt only.
+    /// Returns true if a tick has to look at stop, laser and motor lock. Step interrupt only.
     #[inline]
     pub(crate) fn is_restricted(&self) -> bool {
         self.restricted.load(Ordering::Relaxed)
@@ -153,7 +153,7 @@ impl<const MOTORS: usize> Shared<MOTORS> {
         due.without(self.motor_lock())
     }
 
-    /// Whether the step timer runs. Any context.
+    /// Returns true if the step timer runs. Any context.
     pub fn is_running(&self) -> bool {
         self.running.load(Ordering::Acquire)
     }

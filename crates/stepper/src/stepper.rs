@@ -91,7 +91,7 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         }
     }
 
-    /// Produces the next tick, taking a segment from `next` where the last one is used up.
+    /// Produces the next tick, taking a segment from `next` if the last one is used up.
     ///
     /// For tests and traces. The step interrupt does the same work in pieces, without a `Tick`.
     /// Bounded: its only loops are over the motors.
@@ -260,7 +260,7 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
     }
 
     /// The power from the last tick that was taken on. Within a segment it is the power of the
-    /// segment. At the end of a segment it is the power of the `next` segment, or, where motion
+    /// segment. At the end of a segment it is the power of the `next` segment, or, if motion
     /// ends, the power at rest. It stays as it is while the next segment is missing.
     pub(crate) fn next_power(&self, next: impl FnOnce() -> Option<Power>) -> Power {
         if self.ticks_left > 0 {
@@ -308,7 +308,7 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         // The last motor first: its bit is moved up as the bits of the others follow.
         for (left, increment) in self.left.iter_mut().zip(&self.increment).rev() {
             let next = left.wrapping_sub(*increment);
-            // 1 where `next` is negative and the motor steps. A multiplication takes fewer
+            // 1 if `next` is negative and the motor steps. A multiplication takes fewer
             // instructions than a branch.
             let steps = next >> SIGN & 1;
             *left = next.wrapping_add(self.full.wrapping_mul(steps));

@@ -34,7 +34,7 @@ pub struct ToolChangeConfig {
 }
 
 impl ToolChangeConfig {
-    /// The values of the settings where the machine's file gives none.
+    /// The values of the settings if the machine's file gives none.
     pub const DEFAULT: Self = Self {
         shown: Shown::Hold,
         clearance: CLEARANCE.default,
@@ -74,7 +74,7 @@ pub struct ToolChange<const AXES: usize, const KEPT: usize> {
     spin_up: Number,
     rate: Number,
     lengths: [Number; TOOLS],
-    /// The tool in the spindle; 0 where it is not known.
+    /// The tool in the spindle; 0 if it is not known.
     loaded: u32,
     wanted: u32,
     phase: Phase,
@@ -102,7 +102,7 @@ impl<const AXES: usize, const KEPT: usize> ToolChange<AXES, KEPT> {
         }
     }
 
-    /// The tool in the spindle; 0 where it is not known.
+    /// The tool in the spindle; 0 if it is not known.
     pub const fn loaded(&self) -> u32 {
         self.loaded
     }

@@ -22,7 +22,7 @@ pub enum End {
 
 /// The two switches of the tool.
 pub trait ToolPort {
-    /// Whether the switch at this end is closed. It is read at every turn of the main loop while
+    /// True if the switch at this end is closed. It is read at every turn of the main loop while
     /// the tool moves.
     fn is_closed(&self, end: End) -> bool;
 }
@@ -58,7 +58,7 @@ pub struct ZTool<P, const AXES: usize> {
     config: ZToolConfig,
     port: P,
     phase: Phase,
-    /// The end at which the tool stands, and its Z there; `None` where it is not known.
+    /// The end at which the tool stands, and its Z there; `None` if it is not known.
     stands: Option<(End, Coordinate)>,
 }
 
@@ -73,7 +73,7 @@ impl<P: ToolPort, const AXES: usize> ZTool<P, AXES> {
         }
     }
 
-    /// The end at which the tool stands; `None` where it is not known.
+    /// The end at which the tool stands; `None` if it is not known.
     pub fn stands_at(&self) -> Option<End> {
         self.stands.map(|(end, _)| end)
     }

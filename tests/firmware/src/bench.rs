@@ -53,7 +53,7 @@ pub(crate) struct Bench {
     baud: u32,
     /// The received bytes of a line that has not ended yet.
     incoming: Vec<u8>,
-    /// Whether input and output go over USB.
+    /// True if input and output go over USB.
     over_usb: bool,
 }
 
@@ -309,12 +309,12 @@ fn bootloader(start: u32) -> Vec<u8> {
     image
 }
 
-/// Whether a line is the answer to a line that was sent.
+/// Returns true if a line is the answer to a line that was sent.
 pub(crate) fn is_answer(line: &str) -> bool {
     line == "ok" || line.starts_with("error:")
 }
 
-/// Microseconds at full speed from one cycle to another; negative where `to` is the earlier one.
+/// Microseconds at full speed from one cycle to another; negative if `to` is the earlier one.
 pub(crate) fn micros_between(from: u64, to: u64) -> f64 {
     (to as f64 - from as f64) * 1e6 / CPU_HZ as f64
 }

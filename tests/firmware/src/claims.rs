@@ -5,7 +5,7 @@ use crate::{
 };
 use std::fs;
 
-/// How far a stated figure may be from the measured one, as a share.
+/// The most by which a stated figure may be from the measured one, as a share.
 const OFF: f64 = 0.02;
 
 /// A row of a table: the file, the text of its last column, and the column with the figures,

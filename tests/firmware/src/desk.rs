@@ -6,6 +6,7 @@ use crate::{
 };
 use leadscrew_machine::{board::ChannelId, config::MachineConfig, step_timing::StepTiming};
 use leadscrew_planner::{Cartesian, Kinematics};
+use leadscrew_sim::PowerUp;
 use leadscrew_sim::{
     cost::Costs,
     plant::{Pin, Side, Switch},
@@ -29,7 +30,7 @@ pub(crate) struct Planned {
     pub(crate) motors: u8,
     /// The motors whose direction is negative, one bit each.
     pub(crate) negative: u8,
-    /// Whether it is the first one after a rest: the main loop decides when it comes.
+    /// True if it is the first one after a rest: the main loop decides when it comes.
     pub(crate) first: bool,
 }
 

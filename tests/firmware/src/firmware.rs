@@ -34,7 +34,7 @@ pub(crate) struct Build {
     pub(crate) baud: u32,
     /// The times of making steps with which it plans.
     pub(crate) timing: StepTiming,
-    /// The board's record in the flash, where the firmware has no pins of its own.
+    /// The board's record in the flash, if the firmware has no pins of its own.
     pub(crate) record: Option<Arc<[u8]>>,
     /// The fault that is planted from power-up on.
     pub(crate) fault: Option<Fault>,

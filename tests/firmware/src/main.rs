@@ -136,7 +136,7 @@ struct Task<'a> {
     run: Box<dyn Fn() -> Result<Figures, Failure> + Sync + 'a>,
 }
 
-/// The requested tasks: checks by their names, all checks where none is named, or planted faults.
+/// The requested tasks: checks by their names, all checks if none is named, or planted faults.
 fn tasks<'a>(firmware: &'a Firmware, names: &[&str]) -> Result<Vec<Task<'a>>, Failure> {
     match names {
         [] => Ok(CHECKS

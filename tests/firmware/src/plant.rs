@@ -82,7 +82,7 @@ pub(crate) struct Body {
     heater: Pin,
     /// The pin of the body's sensor.
     sensor: Pin,
-    /// Whether the relay of the heater sticks.
+    /// True if the relay of the heater sticks.
     pub(crate) is_stuck: bool,
     /// How fast the heater warms the body, K/s.
     pub(crate) warms: f64,

@@ -16,7 +16,7 @@ use leadscrew_f407emu::{Edge, Machine, Match, Pin};
 
 /// How far apart the stores to two ports may be and still make one step event, cycles.
 const SKEW: u64 = 20;
-/// As [`SKEW`], where each motor's lines have a store of their own.
+/// As [`SKEW`], if each motor's lines have a store of their own.
 const SKEW_OF_LINES: u64 = 100;
 /// The most motors of a board.
 const MOTORS: usize = 6;
@@ -28,7 +28,7 @@ pub(crate) struct Step {
     pub(crate) due: u64,
     /// Cycles from the tick to the rising edges.
     pub(crate) latency: u32,
-    /// Whether the tick came too late: its instant had passed when it was armed, and the firmware
+    /// True if the tick came too late: its instant had passed when it was armed, and the firmware
     /// made it at once.
     pub(crate) late: bool,
     /// The motors that step, one bit each.
@@ -252,7 +252,7 @@ pub(crate) fn net<const MOTORS: usize>(steps: &[Step]) -> [i64; MOTORS] {
 }
 
 /// Counts the steps of motors while they are made. The last step event is counted anew at each
-/// look: where its edges are stores of their own, a look may come between them.
+/// look: if its edges are stores of their own, a look may come between them.
 #[derive(Clone, Debug)]
 pub(crate) struct Counter<const MOTORS: usize> {
     /// The number of step events that are counted for good, and the net steps in them.

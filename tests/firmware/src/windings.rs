@@ -47,7 +47,7 @@ impl Phases {
         self.lines = self.lines & !(1 << line) | u8::from(level) << line;
     }
 
-    /// Whether no line has current.
+    /// Returns true if no line has current.
     pub(crate) fn is_off(&self) -> bool {
         self.lines == 0
     }

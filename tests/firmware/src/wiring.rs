@@ -47,7 +47,7 @@ pub(crate) struct Wiring {
 }
 
 impl Wiring {
-    /// The address of the board's record: sector 3, or sector 4 where the vector table is in
+    /// The address of the board's record: sector 3, or sector 4 if the vector table is in
     /// sector 3.
     pub(crate) fn record(&self) -> u32 {
         match self.start {

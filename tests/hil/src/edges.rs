@@ -15,7 +15,7 @@ pub(crate) struct Edges {
     pub(crate) all: usize,
     /// The level before the first edge.
     level: bool,
-    /// Whether an edge came that was not captured.
+    /// True if an edge came that was not captured.
     lost: bool,
     /// The counts of the edges. The timer wraps around after 51 s; these counts go on.
     counts: Vec<u64>,

@@ -19,7 +19,7 @@ pub(crate) trait Link {
     /// The line is gone.
     fn send(&mut self, bytes: &[u8]) -> Result<(), Failure>;
 
-    /// The bytes that have come; waits a little where none have.
+    /// The bytes that have come; waits a little if none have.
     ///
     /// # Errors
     /// The line is gone, or the emulated program has gone astray.

@@ -69,7 +69,7 @@ pub(crate) struct Section {
 }
 
 impl Section {
-    /// Whether all rows hold.
+    /// Returns true if all rows hold.
     pub(crate) fn holds(&self) -> bool {
         self.rows.iter().all(|row| row.holds)
     }
@@ -83,7 +83,7 @@ pub(crate) struct Report {
     pub(crate) link: String,
     /// The board's own words about its build.
     pub(crate) build: Vec<String>,
-    /// Whether the board was emulated: the report then explains what that means.
+    /// True if the board was emulated: the report then explains what that means.
     pub(crate) is_emulated: bool,
     pub(crate) sections: Vec<Section>,
 }
@@ -109,7 +109,7 @@ nothing about a chip.
 ";
 
 impl Report {
-    /// Whether all sections hold.
+    /// Returns true if all sections hold.
     pub(crate) fn holds(&self) -> bool {
         self.sections.iter().all(Section::holds)
     }

@@ -22,7 +22,7 @@ use place::Place;
 use runs::{Run, Sender, RUNS};
 use std::process::Command;
 
-/// Runs the named senders, or all where none is named.
+/// Runs the named senders, or all if none is named.
 ///
 /// # Errors
 /// When a sender cannot be installed, or a run does not end as it should.

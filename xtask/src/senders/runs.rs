@@ -10,7 +10,7 @@ pub(super) struct Run {
     /// The arguments that follow the line on the sender's command line. Names of jobs are files in
     /// `tests/senders/gcode`.
     pub(super) arguments: &'static [&'static str],
-    /// The exit code that means success; it is 7 where the run ends in a stop.
+    /// The exit code that means success; it is 7 if the run ends in a stop.
     pub(super) code: i32,
     /// The checks of the result.
     pub(super) checks: &'static [Check],

@@ -174,7 +174,7 @@ fn is_at(sight: &Sight, target: [f64; 2]) -> bool {
         .all(|off| off <= EXACT)
 }
 
-/// Whether the items `wanted` come in this order; others may be between them.
+/// Returns true if the items `wanted` come in this order; others may be between them.
 fn in_order<T: AsRef<str>>(all: &[T], wanted: &[&str]) -> bool {
     let mut rest = all.iter().map(AsRef::as_ref);
     wanted.iter().all(|wanted| rest.any(|one| one == *wanted))

@@ -177,7 +177,7 @@ pub(crate) fn name() -> &'static str {
     core::str::from_utf8(text.unwrap_or_default()).unwrap_or_default()
 }
 
-/// Frequency of the crystal in Hz; 0 where there is none, or where there is no record.
+/// Frequency of the crystal in Hz; 0 if there is none, or if there is no record.
 pub(crate) fn crystal_hz() -> u32 {
     content().crystal_hz.get()
 }
@@ -188,7 +188,7 @@ pub(crate) fn settings_sectors() -> (Sector, Sector) {
     (Sector(first), Sector(second))
 }
 
-/// Whether the image has the flash to itself, with no bootloader in front. Without a record this
+/// True if the image has the flash to itself, with no bootloader in front. Without a record this
 /// decides the serial line. An image alone uses the Discovery's line. An image behind a bootloader
 /// uses the line of printer boards, on which ST's own bootloader listens as well.
 fn is_alone() -> bool {

@@ -25,7 +25,7 @@ pub(crate) use selected::CAPTURES;
 #[cfg(heaters)]
 pub(crate) use selected::{HEATER_FAULT, SENSORS};
 
-/// The profile's machine, with the options that the board has pins for. Where `LEADSCREW_TICK_NS`
+/// The profile's machine, with the options that the board has pins for. If `LEADSCREW_TICK_NS`
 /// is set at build time, its value in nanoseconds replaces `StepTiming::tick_ns`. This serves to
 /// find out how fast the board can step.
 pub(crate) const fn config() -> MachineConfig<AXES> {
@@ -224,7 +224,7 @@ pub(crate) const fn banks<const N: usize>(pins: [Pin; N]) -> ([Bank; N], usize) 
     (banks, count)
 }
 
-/// The index of `bank` among the first `count` of `banks`; `count` where it is not among them.
+/// The index of `bank` among the first `count` of `banks`; `count` if it is not among them.
 pub(crate) const fn index_of<const N: usize>(banks: &[Bank; N], count: usize, bank: Bank) -> usize {
     let mut place = 0;
     while place < count && banks[place] as u8 != bank as u8 {

@@ -33,7 +33,7 @@ impl Channel {
         profile::power_channel()
     }
 
-    /// Its pin, and the pin's function; none where there is no record.
+    /// Its pin, and the pin's function; none if there is no record.
     pub(super) fn output() -> Option<(Output, u8)> {
         profile::power_output()
     }

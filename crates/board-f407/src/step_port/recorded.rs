@@ -1,5 +1,5 @@
 //! The tables of a board whose pins are in its record: room for a port and a word for each motor.
-//! Where motors share a port, their bits are in one word, and the last places stay unused.
+//! If motors share a port, their bits are in one word, and the last places stay unused.
 use crate::{
     fast_memory::placed,
     gpio::{AnyPort, Pin},

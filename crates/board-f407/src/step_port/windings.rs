@@ -2,7 +2,7 @@
 //! lines to the next state of [`FIVE_PHASE_HALF_STEPS`]. Each motor gets one store, one after the
 //! other.
 //!
-//! `$2` has nothing to invert: a line is high where current flows. `$3` turns a motor the other way
+//! `$2` has nothing to invert: a line is high when current flows. `$3` turns a motor the other way
 //! round.
 use crate::{chip::Bank, fast_memory::placed, profile::MOTORS, profile::PROFILE};
 use core::sync::atomic::{AtomicBool, AtomicU32, AtomicU8, Ordering::Relaxed};
@@ -40,7 +40,7 @@ placed! { ".bss.ccm.inverted";
     static INVERTED: AtomicU8 = AtomicU8::new(0);
 }
 placed! { ".bss.ccm.energised";
-    /// Whether current flows.
+    /// True if current flows.
     static ENERGISED: AtomicBool = AtomicBool::new(false);
 }
 

@@ -19,7 +19,7 @@ struct Table {
     lines: AtomicU16,
     /// Lines whose input is inverted, one bit a line.
     inverted: AtomicU16,
-    /// The line of each limit switch, as a bit; 0 where there is no switch.
+    /// The line of each limit switch, as a bit; 0 if there is no switch.
     limits: [AtomicU16; MOTORS],
     /// The same for probe, reset, hold, start and door.
     buttons: [AtomicU16; 5],
@@ -82,7 +82,7 @@ pub(super) fn inverted() -> u16 {
     TABLE.inverted.load(Relaxed)
 }
 
-/// The line of the probe, as a bit; 0 where there is no probe.
+/// The line of the probe, as a bit; 0 if there is no probe.
 #[inline(always)]
 pub(super) fn probe_line() -> u16 {
     let [probe, ..] = &TABLE.buttons;

@@ -75,7 +75,7 @@ pub(super) fn inverted() -> u16 {
     INVERTED
 }
 
-/// The line of the probe, as a bit; 0 where there is no probe.
+/// The line of the probe, as a bit; 0 if there is no probe.
 #[inline(always)]
 pub(super) fn probe_line() -> u16 {
     PROFILE.probe.map_or(0, Input::line)

@@ -22,13 +22,13 @@ pub(in super::super) struct DrillArgs {
     files: Vec<PathBuf>,
     #[command(flatten)]
     output: OutputArgs,
-    /// Z of a hole's bottom, such as -1.8; needed where `[drill]` of the machine file has none.
+    /// Z of a hole's bottom, such as -1.8; needed if `[drill]` of the machine file has none.
     #[arg(long, value_name = "Z", allow_hyphen_values = true)]
     depth: Option<Mm>,
     /// Z between holes; 2 unless `[drill]` of the machine file has another one.
     #[arg(long, value_name = "Z", allow_hyphen_values = true)]
     clearance: Option<Mm>,
-    /// How fast bits go down; needed where `[drill]` of the machine file has none.
+    /// How fast bits go down; needed if `[drill]` of the machine file has none.
     #[arg(long, value_name = "MM/MIN")]
     feed: Option<Mm>,
     /// How fast slots and routes are milled; without it as `[drill]` of the machine file says, or
@@ -38,7 +38,7 @@ pub(in super::super) struct DrillArgs {
     /// The deepest that is drilled or milled in one go.
     #[arg(long, value_name = "MM")]
     peck: Option<Mm>,
-    /// Take feeds (F) and speeds (S) of tools from the files where they have them.
+    /// Take feeds (F) and speeds (S) of tools from the files if they have them.
     #[arg(long)]
     tool_feeds: bool,
     /// How fast the spindle turns, 0 if it is switched by hand; without it as fast as $30 allows.
@@ -62,14 +62,14 @@ pub(in super::super) struct DrillArgs {
     /// Write canned cycles, G81 and with --peck G83, for machines that know them.
     #[arg(long)]
     cycles: bool,
-    /// The unit of the files, where they do not say.
+    /// The unit of the files, if they do not say.
     #[arg(long, value_name = "UNIT")]
     units: Option<UnitsArg>,
     /// How many digits are in front of and behind the point in numbers that are written without it,
-    /// such as 2.4, where the files do not say.
+    /// such as 2.4, if the files do not say.
     #[arg(long, value_name = "DIGITS")]
     format: Option<Digits>,
-    /// The zeros that numbers keep, where the files do not say: lz leading, tz trailing.
+    /// The zeros that numbers keep, if the files do not say: lz leading, tz trailing.
     #[arg(long, value_name = "WHICH")]
     zeros: Option<ZerosArg>,
     #[command(flatten)]
@@ -115,7 +115,7 @@ enum ZerosArg {
 /// Makes the job of a board; returns whether all files were understood.
 ///
 /// # Errors
-/// Where an option or a file cannot be used.
+/// If an option or a file cannot be used.
 pub(super) fn run(args: &DrillArgs) -> Result<bool, Unusable> {
     let machine = machine(&args.machine)?;
     let options = options(args, &machine.file.drill)?;

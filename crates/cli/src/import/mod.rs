@@ -22,7 +22,7 @@ pub(super) enum ImportCommand {
     Print(others::PrintArgs),
 }
 
-/// Where the job goes.
+/// The output for the job.
 #[derive(clap::Args, Debug)]
 pub(super) struct OutputArgs {
     /// Write the job to this file; `-` writes to standard output.
@@ -36,7 +36,7 @@ pub(super) struct OutputArgs {
 /// Imports a file; returns whether it was understood.
 ///
 /// # Errors
-/// Where an option or a file cannot be used.
+/// If an option or a file cannot be used.
 pub(super) fn run(command: &ImportCommand) -> Result<bool, Unusable> {
     match command {
         ImportCommand::Drill(args) => drill::run(args),

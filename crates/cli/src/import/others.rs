@@ -71,7 +71,7 @@ pub(in super::super) struct PrintArgs {
     file: PathBuf,
     #[command(flatten)]
     output: OutputArgs,
-    /// Where the tool stands after homing, in the file's coordinates; G92 sets them after each $H.
+    /// The tool's place after homing, in the file's coordinates; G92 sets them after each $H.
     #[arg(long, value_name = "X,Y,Z", value_parser = home, allow_hyphen_values = true)]
     home: Option<[Mm; 3]>,
 }

@@ -16,7 +16,7 @@ const LONGEST: usize = 256 << 20;
 /// Lines end with LF, CR or CR LF, and a byte order mark is left out, as in jobs that are run.
 ///
 /// # Errors
-/// Where it cannot be read or is no text.
+/// If it cannot be read or is no text.
 pub(in super::super) fn read(name: &Path) -> Result<String, Unusable> {
     let job = input::open(name).map_err(unusable)?;
     let bytes = read_all(job.text, LONGEST)
@@ -33,7 +33,7 @@ pub(in super::super) fn shown<T>(name: &Path, text: &str, read: Result<T, Faults
 /// Writes a job to `path` and prints its notes. A file in `inputs` is never overwritten.
 ///
 /// # Errors
-/// Where it cannot be written.
+/// If it cannot be written.
 pub(in super::super) fn write(
     job: &Job,
     path: &Path,

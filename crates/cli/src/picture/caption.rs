@@ -9,7 +9,7 @@ pub(crate) struct Caption {
     pub(crate) summary: String,
     /// What the tool does to the material: `cut` or `extruded`.
     pub(crate) work: &'static str,
-    /// The S value of a laser's full power (`$30`), at the dark end of the scale; `None` where S is
+    /// The S value of a laser's full power (`$30`), at the dark end of the scale; `None` if S is
     /// a spindle's speed.
     pub(crate) full_power_s: Option<f64>,
     /// The travel of X and Y, mm, from -travel to 0; `None` if the path's place in it is not known.

@@ -92,7 +92,7 @@ impl Rows {
     }
 }
 
-/// The heights of cuts: each one where they are few, else as a scale.
+/// The heights of cuts: each one if they are few, else as a scale.
 fn depths(rows: &mut Rows, plot: &Plot<'_>) {
     let [top, bottom] = plot.depth;
     if plot.passes.is_empty() && plot.has_cuts() {

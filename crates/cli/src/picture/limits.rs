@@ -4,7 +4,7 @@
 //! ```text
 //!  | mm/min  speed: mean in each column, and from the least to the highest |
 //!  | mm/s2   acceleration: from the least to the highest                   |
-//!  | %       power, where there is any                                     |
+//!  | %       power, if there is any                                     |
 //!  | band    each column shared out among the limits that bind in it       |
 //!  legend: colour, limit, share of the time
 //! ```

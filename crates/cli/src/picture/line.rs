@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-/// How far a left-out point may be from the line that replaces it, pixels.
+/// The distance by which a left-out point may be from the line that replaces it, pixels.
 const MISS: f64 = 0.25;
 /// The most points that are left out in a row: each new line is compared with all of them.
 const LEFT_OUT: usize = 32;

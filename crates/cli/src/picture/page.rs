@@ -10,7 +10,7 @@ use svg::Document;
 const WIDTH: f64 = 960.0;
 pub(super) const LEFT: f64 = 80.0;
 const RIGHT: f64 = 24.0;
-/// Where the first plot begins, under the title.
+/// The top of the first plot, under the title.
 pub(super) const TOP: f64 = 66.0;
 pub(super) const PLOT_WIDTH: f64 = WIDTH - LEFT - RIGHT;
 pub(super) const MOST_HEIGHT: f64 = 640.0;

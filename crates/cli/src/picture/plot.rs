@@ -1,6 +1,6 @@
 //! The toolpath in its coordinate system: cuts as wide as their tool, holes as wide as their drill.
 //!
-//! Where a tool's diameter is known, the material that it takes away is drawn pale, and the path of
+//! If a tool's diameter is known, the material that it takes away is drawn pale, and the path of
 //! its centre in full colour on top.
 
 use super::caption::Caption;
@@ -49,16 +49,16 @@ pub(super) struct Plot<'a> {
     pub(super) x: Scale,
     pub(super) y: Scale,
     per_mm: f64,
-    /// Whether the path goes beyond the edges of the picture.
+    /// True if the path goes beyond the edges of the picture.
     pub(super) leads_out: bool,
-    /// The S value of a laser's full power; `None` where S is a spindle's speed.
+    /// The S value of a laser's full power; `None` if S is a spindle's speed.
     pub(super) full_power_s: Option<f64>,
     /// What the tool does to the material.
     pub(super) work: &'static str,
     travel: Option<[f32; 2]>,
     /// The highest and the lowest Z of cuts, mm.
     pub(super) depth: [f32; 2],
-    /// The heights of cuts at constant Z; empty where there are many.
+    /// The heights of cuts at constant Z; empty if there are many.
     pub(super) passes: Vec<f32>,
     pub(super) holes: Vec<Hole>,
     raster: Option<Raster>,
@@ -128,7 +128,7 @@ impl<'a> Plot<'a> {
     /// A height's place on the scale of depth.
     pub(super) fn level_of(&self, z: f32) -> u8 {
         let [top, bottom] = self.depth;
-        // Where all cuts have one depth, they get the last colour.
+        // If all cuts have one depth, they get the last colour.
         let share = 1.0 - (z - bottom) / (top - bottom).max(1e-3);
         (share.clamp(0.0, 1.0) * f32::from(LEVELS)).round() as u8
     }
@@ -153,7 +153,7 @@ impl<'a> Plot<'a> {
                 .set("width", right - left)
                 .set("height", bottom - top)
                 .set("preserveAspectRatio", "none")
-                // The grid shows through where nothing is burnt.
+                // The grid shows through if nothing is burnt.
                 .set("style", "mix-blend-mode:multiply")
                 .set("href", raster.address(self.per_mm)),
         )
@@ -163,7 +163,7 @@ impl<'a> Plot<'a> {
         self.raster.as_ref().is_some_and(|raster| raster.has(pair))
     }
 
-    /// Whether later passes lie higher, as a 3D printer's layers do.
+    /// Returns true if later passes lie higher, as a 3D printer's layers do.
     pub(super) fn builds_up(&self) -> bool {
         let mut cuts = self.path.moves().iter().filter(|one| one.way == Way::Cut);
         match (cuts.next(), cuts.next_back()) {
@@ -331,7 +331,7 @@ impl<'a> Plot<'a> {
         Some(edged.set("stroke-width", 2))
     }
 
-    /// Whether the picture contains an edge of the box of the travel.
+    /// Returns true if the picture contains an edge of the box of the travel.
     pub(super) fn shows_travel(&self) -> bool {
         let Some(travel) = self.travel else {
             return false;
@@ -372,7 +372,7 @@ impl<'a> Plot<'a> {
         tools
     }
 
-    /// Whether there are cuts that are not straight up or down.
+    /// Returns true if there are cuts that are not straight up or down.
     pub(super) fn has_cuts(&self) -> bool {
         self.path.moves().windows(2).any(is_aside)
     }

@@ -34,7 +34,7 @@ struct Row {
 }
 
 impl Raster {
-    /// Finds the rows of a laser's job; `None` where there are fewer than [`LEAST`].
+    /// Finds the rows of a laser's job; `None` if there are fewer than [`LEAST`].
     pub(super) fn of(moves: &[Drawn]) -> Option<Self> {
         let pairs = moves.windows(2).filter(|pair| is_pixel(pair));
         let rows: Vec<Row> = pairs.map(row).collect();
@@ -57,7 +57,7 @@ impl Raster {
         })
     }
 
-    /// Whether a move is one of the rows, or a travel between rows.
+    /// Returns true if a move is one of the rows, or a travel between rows.
     pub(super) fn has(&self, pair: &[Drawn]) -> bool {
         let inside = |one: &Drawn| {
             (0..2).all(|axis| {

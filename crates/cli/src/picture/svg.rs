@@ -12,7 +12,7 @@ use svg::Document;
 
 const SPEED_HEIGHT: f64 = 150.0;
 
-/// Draws the picture of a job: the path of the tool, and its speed where that is known.
+/// Draws the picture of a job: the path of the tool, and its speed if that is known.
 pub(crate) fn draw(path: &Toolpath, stretches: &[Stretch], caption: &Caption) -> Document {
     let plot = Plot::new(path, caption);
     let (legend, legend_bottom) = legend::draw(&plot, plot.frame.bottom() + AXIS_HEIGHT);

@@ -15,7 +15,7 @@ const AROUND: f32 = 2.0;
 pub(super) struct Window {
     pub(super) low: [f32; 2],
     pub(super) high: [f32; 2],
-    /// Whether the path goes beyond the rectangle.
+    /// True if the path goes beyond the rectangle.
     pub(super) path_leaves: bool,
 }
 
@@ -63,7 +63,7 @@ pub(super) fn extent(path: &Toolpath, holes: &[Hole], axis: usize) -> Option<[f3
     })
 }
 
-/// Whether a move cuts and moves in X or Y, not straight up or down.
+/// Returns true if a move cuts and moves in X or Y, not straight up or down.
 pub(super) fn is_aside(pair: &[Drawn]) -> bool {
     pair[1].way == Way::Cut && pair[0].to[..2] != pair[1].to[..2]
 }

@@ -113,7 +113,7 @@ fn plain(word: u32, address: u32) -> Instruction {
     }
 }
 
-/// ADDW, SUBW, and ADR where the base is the PC.
+/// ADDW, SUBW, and ADR if the base is the PC.
 fn add_constant(op: DataOp, rd: u8, rn: u8, value: u32, address: u32) -> Instruction {
     let base = aligned_pc(address);
     let (op, value) = match (rn, op) {
@@ -182,7 +182,7 @@ fn constant12(word: u32) -> u32 {
     bits(word, 26, 1) << 11 | bits(word, 12, 3) << 8 | bits(word, 0, 8)
 }
 
-/// ThumbExpandImm_C (A5.3.2): a repeated byte without a carry, or a rotated byte, where the top bit
+/// ThumbExpandImm_C (A5.3.2): a repeated byte without a carry, or a rotated byte, if the top bit
 /// of the result is the carry.
 fn expand(constant: u32) -> (u32, Option<bool>) {
     let byte = constant & 0xFF;

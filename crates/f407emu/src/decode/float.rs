@@ -20,7 +20,7 @@ pub(super) fn decode(word: u32) -> Instruction {
     float.map_or(Instruction::Undefined, Instruction::Float)
 }
 
-/// Whether the operands are 64-bit registers.
+/// Returns true if the operands are 64-bit registers.
 fn is_double(word: u32) -> bool {
     bit(word, 8)
 }

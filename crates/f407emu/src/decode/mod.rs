@@ -20,7 +20,7 @@ pub(crate) struct Decoded {
     pub(crate) length: u8,
 }
 
-/// Whether an instruction that begins with this halfword has a second one (A5.1).
+/// Returns true if an instruction that begins with this halfword has a second one (A5.1).
 pub(crate) fn is_wide(first: u16) -> bool {
     first >= 0xE800
 }

@@ -109,7 +109,7 @@ impl Machine {
         Ok(())
     }
 
-    /// The vector of an exception; 0 where it cannot be read.
+    /// The vector of an exception; 0 if it cannot be read.
     fn fetch_vector(&mut self, exception: Exception) -> u32 {
         let began = self.cycle;
         let address = self.scb.vtor + 4 * u32::from(exception.number());

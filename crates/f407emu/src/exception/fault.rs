@@ -54,7 +54,7 @@ impl Machine {
     }
 }
 
-/// The exception that a trap raises where that exception is enabled. Without an MPU the only
+/// The exception that a trap raises if that exception is enabled. Without an MPU the only
 /// MemManage fault would be a fetch from a region that is never executable; the emulator reports
 /// that as a bus fault.
 fn handler(trap: Trap) -> Exception {

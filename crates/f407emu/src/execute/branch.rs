@@ -51,7 +51,7 @@ impl Machine {
         self.align_fetch();
     }
 
-    /// Charges a cycle where an instruction of 32 bits lies across a word boundary, which needs one
+    /// Charges a cycle if an instruction of 32 bits lies across a word boundary, which needs one
     /// more fetch.
     #[inline(always)]
     fn align_fetch(&mut self) {

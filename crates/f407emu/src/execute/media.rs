@@ -166,7 +166,7 @@ impl Machine {
         self.cpu.set(rd, value);
     }
 
-    /// Lanes side by side. Where lanes wrap, GE says which of them carried or had no borrow.
+    /// Lanes side by side. If lanes wrap, GE says which of them carried or had no borrow.
     fn parallel(
         &mut self,
         op: LaneOp,

@@ -117,7 +117,7 @@ impl Machine {
         Ok(())
     }
 
-    /// The address of an access, and the new value of its base where it is written back.
+    /// The address of an access, and the new value of its base if it is written back.
     #[inline(always)]
     fn address(&self, rn: u8, offset: i32, mode: AddressMode) -> (u32, u32) {
         let base = self.cpu.get(rn);
@@ -168,7 +168,7 @@ impl Machine {
         self.write(address, width, self.cpu.get(rt))
     }
 
-    /// Charges a cycle for an access across a word boundary, or fails where CCR makes it a fault.
+    /// Charges a cycle for an access across a word boundary, or fails if CCR makes it a fault.
     #[inline(always)]
     fn check_alignment(&mut self, address: u32, mask: u32) -> Result<(), Trap> {
         if address & mask != 0 {
@@ -330,7 +330,7 @@ impl Machine {
     }
 }
 
-/// Fails where an access to several words is not aligned to a word, whatever CCR says (A3.2.1).
+/// Fails if an access to several words is not aligned to a word, whatever CCR says (A3.2.1).
 pub(super) fn must_be_word_aligned(address: u32) -> Result<(), Trap> {
     if address & 3 == 0 {
         Ok(())

@@ -64,7 +64,7 @@ impl Machine {
         self.cpu.set(rd, value);
     }
 
-    /// Sets Q where a sum leaves the range of 32 bits. Returns the lower 32 bits.
+    /// Sets Q if a sum leaves the range of 32 bits. Returns the lower 32 bits.
     fn note_overflow(&mut self, sum: i64) -> u32 {
         self.cpu.flags.saturated |= i32::try_from(sum).is_err();
         sum as u32

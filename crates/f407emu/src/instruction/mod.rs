@@ -48,7 +48,7 @@ pub(crate) enum Data {
         rd: u8,
         rn: u8,
         value: u32,
-        /// The carry that a rotated constant produces; `None` where the carry flag stays.
+        /// The carry that a rotated constant produces; `None` if the carry flag stays.
         carry: Option<bool>,
     },
     Register {
@@ -167,7 +167,7 @@ pub(crate) enum LongOp {
 /// Bit fields, saturation, bytes and halves (A5.3.3, A5.3.12 to A5.3.15).
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) enum Media {
-    /// BFI, or BFC where `rn` is [`NO_OPERAND`].
+    /// BFI, or BFC if `rn` is [`NO_OPERAND`].
     Insert {
         rd: u8,
         rn: u8,

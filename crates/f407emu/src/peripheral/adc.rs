@@ -9,7 +9,7 @@
 //!
 //! A channel sees only a pin in analog mode; the conversion of another one gives 0, and a warning.
 //!
-//! Not modelled, and warned of where a program asks for it: regular groups, triggers, DMA, fewer
+//! Not modelled, and warned of if a program asks for it: regular groups, triggers, DMA, fewer
 //! than 12 bits, alignment to the left, the analog watchdog, channels without a pin, converters that
 //! work together, a sampling time that changes during a conversion (section 13.13.4). ADC2 and ADC3
 //! do not exist here.
@@ -92,7 +92,7 @@ pub(crate) struct Adc {
     inputs: [f64; CHANNELS],
     /// The channels whose pins are in analog mode, one bit each.
     pub(crate) analog: u16,
-    /// Whether a channel has been converted whose pin was not in analog mode, since the last call
+    /// True if a channel has been converted whose pin was not in analog mode, since the last call
     /// of [`Adc::take_misuse`].
     misuse: bool,
     words: [u32; WORDS],
@@ -131,7 +131,7 @@ impl Adc {
         self.inputs[channel] = share.clamp(0.0, 1.0);
     }
 
-    /// Whether a channel has been converted whose pin was not in analog mode, since the last call.
+    /// True if a channel has been converted whose pin was not in analog mode, since the last call.
     pub(crate) fn take_misuse(&mut self) -> bool {
         core::mem::take(&mut self.misuse)
     }
@@ -178,7 +178,7 @@ impl Adc {
         }
     }
 
-    /// Whether a channel without a pin is being converted: the temperature, the reference, or the
+    /// True if a channel without a pin is being converted: the temperature, the reference, or the
     /// battery (section 13.3.3).
     fn converts_inside(&self) -> bool {
         self.group.is_some() && self.channels().any(|channel| channel >= CHANNELS)

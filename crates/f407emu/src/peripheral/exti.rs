@@ -55,7 +55,7 @@ impl Exti {
         .map(|(exception, lines)| (exception, up & lines != 0))
     }
 
-    /// Whether the lines that are in use are modelled.
+    /// Returns true if the lines that are in use are modelled.
     pub(crate) fn is_modelled(&self) -> bool {
         const MODELLED: u32 = 0x1_FFFF;
         self.event_mask == 0 && self.interrupt_mask & !MODELLED == 0

@@ -147,7 +147,7 @@ impl Flash {
         self.acr = value & !ignored;
     }
 
-    /// Whether a wrong key has barred the interface.
+    /// Returns true if a wrong key has barred the interface.
     pub(crate) fn is_barred(&self) -> bool {
         self.lock == Lock::Barred
     }

@@ -127,12 +127,12 @@ impl Gpio {
         (self.alternates >> pin & 1 != 0).then(|| self.function(pin))
     }
 
-    /// Whether a pin in alternate mode can be high: it is not open drain, or has a pull-up.
+    /// Returns true if a pin in alternate mode can be high: it is not open drain, or has a pull-up.
     pub(crate) fn rises(&self, pin: u8) -> bool {
         (!self.otyper as u16 | self.pull_ups) >> pin & 1 != 0
     }
 
-    /// Whether a pin is in analog mode.
+    /// Returns true if a pin is in analog mode.
     pub(crate) fn is_analog(&self, pin: u8) -> bool {
         self.analogs >> pin & 1 != 0
     }

@@ -43,7 +43,7 @@ pub const LSI_FASTEST_HZ: u32 = 47_000;
 /// The typical frequency of the low-speed oscillator, Hz.
 pub const LSI_TYPICAL_HZ: u32 = 32_000;
 
-/// Whether a word written at `offset` from 0x40003000 feeds the watchdog.
+/// Returns true if a word written at `offset` from 0x40003000 feeds the watchdog.
 pub(crate) fn is_feeding(offset: u32, value: u32) -> bool {
     (offset, value) == (0, FEED)
 }
@@ -146,7 +146,7 @@ impl Iwdg {
         self.expires_at
     }
 
-    /// Whether it has been started.
+    /// Returns true if it has been started.
     pub(crate) fn is_running(&self) -> bool {
         self.expires_at != NEVER
     }

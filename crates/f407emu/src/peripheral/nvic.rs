@@ -63,7 +63,7 @@ pub(crate) struct Nvic {
     lines: u128,
     /// AIRCR.PRIGROUP.
     pub(crate) group: u8,
-    /// Whether the next exception may have changed.
+    /// True if the next exception may have changed.
     pub(crate) changed: bool,
 }
 
@@ -103,12 +103,12 @@ impl Nvic {
         self.pending &= !exception.mask();
     }
 
-    /// Whether an exception is pending.
+    /// Returns true if an exception is pending.
     pub(crate) fn is_pending(&self, exception: Exception) -> bool {
         self.pending & exception.mask() != 0
     }
 
-    /// Whether an exception is enabled.
+    /// Returns true if an exception is enabled.
     pub(crate) fn is_enabled(&self, exception: Exception) -> bool {
         self.enabled & exception.mask() != 0
     }
@@ -138,7 +138,7 @@ impl Nvic {
         self.changed = true;
     }
 
-    /// How many handlers are under way.
+    /// The number of handlers that are under way.
     pub(crate) fn active_count(&self) -> u32 {
         self.active.count_ones()
     }

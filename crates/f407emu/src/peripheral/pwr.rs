@@ -28,7 +28,7 @@ const LOW: u32 = 1 << 2;
 /// PWR_CSR.VOSRDY: the core's regulator is at its voltage.
 const REGULATOR_READY: u32 = 1 << 14;
 
-/// Whether everything that a value asks of the register at `offset` is modelled. PWR_CSR is not: a
+/// True if everything that a value asks of the register at `offset` is modelled. PWR_CSR is not: a
 /// program can switch only the backup regulator and the wake-up pin there.
 pub(crate) fn is_modelled(offset: u32, value: u32) -> bool {
     offset == 0 || value == 0
@@ -40,7 +40,7 @@ pub(crate) struct Pwr {
     control: u32,
     /// The supply, mV.
     supply: u32,
-    /// Whether the supply is low, as the comparator sees it.
+    /// True if the supply is low, as the comparator sees it.
     low: bool,
 }
 
@@ -69,7 +69,7 @@ impl Pwr {
         self.low = self.supply < falling || self.low && self.supply <= rising;
     }
 
-    /// Whether the core has the higher of its two voltages.
+    /// Returns true if the core has the higher of its two voltages.
     pub(crate) fn has_scale_1(&self) -> bool {
         self.control & SCALE_1 != 0
     }

@@ -12,7 +12,7 @@
 //! access to the peripheral ends the run.
 //!
 //! Not modelled: start-up times of oscillators and PLLs (they are ready at once; a crystal that is
-//! not fitted is never ready). Not modelled, and warned of where a program asks for it: clock
+//! not fitted is never ready). Not modelled, and warned of if a program asks for it: clock
 //! outputs, interrupts of clocks that become ready, the backup domain, clocks that stop in sleep.
 use crate::warning::{Warning, Warnings};
 
@@ -338,7 +338,7 @@ impl Rcc {
         guarded
     }
 
-    /// Whether the clock security system requests the NMI.
+    /// Returns true if the clock security system requests the NMI.
     pub(crate) fn non_maskable(&self) -> bool {
         self.registers[CIR] & CSSF != 0
     }
@@ -443,14 +443,14 @@ impl Rcc {
         on.then(|| self.since[((register - ENABLE) / 4) as usize][bit as usize])
     }
 
-    /// Whether the peripheral at an address is held in reset.
+    /// Returns true if the peripheral at an address is held in reset.
     pub(crate) fn is_held(&self, address: u32) -> bool {
         enable_of(address)
             .is_some_and(|place| self.read(place.0 - ENABLES_AFTER) >> place.1 & 1 != 0)
     }
 }
 
-/// Whether a write of `value` to RCC's register at `offset` resets the peripheral at an address.
+/// True if a write of `value` to RCC's register at `offset` resets the peripheral at an address.
 pub(crate) fn resets(offset: u32, value: u32, address: u32) -> bool {
     enable_of(address)
         .is_some_and(|(register, bit)| register - ENABLES_AFTER == offset && value >> bit & 1 != 0)
@@ -480,7 +480,7 @@ fn enable_of(address: u32) -> Option<(u32, u32)> {
     })
 }
 
-/// Whether everything that a value asks of the register at `offset` is modelled.
+/// Returns true if everything that a value asks of the register at `offset` is modelled.
 fn is_modelled(offset: u32, value: u32) -> bool {
     let awake = |&(place, bits): &(usize, u32)| place as u32 != offset || value == bits;
     match offset as usize / 4 {

@@ -85,7 +85,7 @@ impl Scb {
         self.fpccr & LAZY != 0
     }
 
-    /// Whether lazy stacking still has to store floating-point registers.
+    /// Returns true if lazy stacking still has to store floating-point registers.
     pub(crate) fn lazy_pending(&self) -> bool {
         self.fpccr & LAZY_PENDING != 0
     }

@@ -138,7 +138,7 @@ impl Timer {
         self.next
     }
 
-    /// Whether the timer counts: a top of 0 stops it (RM0090 section 18.4.12).
+    /// Returns true if the timer counts: a top of 0 stops it (RM0090 section 18.4.12).
     fn counts(&self) -> bool {
         self.cr1 & CEN != 0 && self.top != 0
     }
@@ -410,7 +410,7 @@ impl Timer {
         requests
     }
 
-    /// Whether all that the registers ask for is modelled.
+    /// Returns true if all that the registers ask for is modelled.
     fn is_modelled(&self) -> bool {
         let mut channels = self.channels();
         self.cr1 & DIR_CMS == 0

@@ -16,9 +16,9 @@ pub(crate) struct Route {
 #[derive(Debug)]
 pub(crate) struct Instance {
     pub(crate) base: u32,
-    /// Whether the counter has 32 bits.
+    /// True if the counter has 32 bits.
     wide: bool,
-    /// Whether it has a main output enable and complementary outputs.
+    /// True if it has a main output enable and complementary outputs.
     pub(crate) advanced: bool,
     pub(crate) channels: u8,
     /// The positions of the update and the compare interrupt; most timers have one interrupt for
@@ -39,7 +39,7 @@ impl Instance {
         }
     }
 
-    /// Whether it is on APB2 rather than APB1.
+    /// Returns true if it is on APB2 rather than APB1.
     pub(crate) fn on_apb2(&self) -> bool {
         self.base >= 0x4001_0000
     }

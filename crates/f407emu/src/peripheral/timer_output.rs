@@ -6,7 +6,7 @@
 //!  mode 2 (111)  OCxREF = count >= CCRx       OCxN = its complement, while CCxNE
 //! ```
 //!
-//! In these modes OCxREF changes only where the result of the comparison changes, or where the mode
+//! In these modes OCxREF changes only if the result of the comparison changes, or if the mode
 //! was frozen before (section 18.4.7, OC1M). A PWM that begins from a forced level keeps that level
 //! until then; a PWM of 100 % keeps it for ever.
 //!
@@ -63,7 +63,7 @@ pub(crate) struct Outputs {
     thawed: u8,
     /// Edges of inputs since the last capture.
     edges: [u8; 4],
-    /// Whether the timer drove a pin at the last call of [`Outputs::take_driving`].
+    /// True if the timer drove a pin at the last call of [`Outputs::take_driving`].
     drove: bool,
 }
 
@@ -73,7 +73,7 @@ impl Outputs {
         self.active[channel]
     }
 
-    /// Whether the timer drives any pin, or did at the last call.
+    /// Returns true if the timer drives any pin, or did at the last call.
     pub(crate) fn take_driving(&mut self) -> bool {
         let outputs = (0..4).filter(|&channel| !self.is_input(channel));
         let enables = outputs.fold(0, |all, channel| all | 5 << (4 * channel));
@@ -86,7 +86,7 @@ impl Outputs {
         self.active = self.ccr;
     }
 
-    /// Whether a channel is an input (TIMx_CCMR.CCxS).
+    /// Returns true if a channel is an input (TIMx_CCMR.CCxS).
     pub(crate) fn is_input(&self, channel: usize) -> bool {
         half(self.ccmr, channel) & 3 != 0
     }
@@ -111,7 +111,7 @@ impl Outputs {
         self.edges[channel] == 0
     }
 
-    /// Whether a channel captures an edge of the timer's pin `input`. CCxS selects the pin of the
+    /// True if a channel captures an edge of the timer's pin `input`. CCxS selects the pin of the
     /// channel or of its neighbour. CCxNP and CCxP select rising, falling or both edges (section
     /// 18.4.9). CCxE enables the capture.
     pub(crate) fn captures(&self, channel: usize, input: usize, rises: bool) -> bool {
@@ -158,12 +158,12 @@ impl Outputs {
         self.thawed = 0;
     }
 
-    /// Whether the outputs of an advanced timer use neither breaks, dead times nor locks.
+    /// Returns true if the outputs of an advanced timer use neither breaks, dead times nor locks.
     pub(crate) fn has_plain_levels(&self) -> bool {
         self.bdtr & !(MOE | OSSR | OSSI) == 0
     }
 
-    /// The level of an output; `None` where the timer does not drive it and the pin's pull decides
+    /// The level of an output; `None` if the timer does not drive it and the pin's pull decides
     /// (RM0090 section 18.4.9).
     pub(crate) fn level(&self, output: Output) -> Option<bool> {
         let bits = self.ccer >> (4 * output.channel);

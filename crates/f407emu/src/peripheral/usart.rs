@@ -9,7 +9,7 @@
 //! After an overrun the receiver takes no byte until the program has read SR and then DR (section
 //! 30.3.3). A byte that had begun before the receiver was switched on is lost.
 //!
-//! Not modelled, and warned of where a program asks for it: parity, the ninth bit, breaks, LIN,
+//! Not modelled, and warned of if a program asks for it: parity, the ninth bit, breaks, LIN,
 //! smartcard, IrDA, half duplex, the synchronous mode, hardware flow control, mute mode, half stop
 //! bits, rates out of range, and changes while a byte goes out. Not modelled either: framing errors
 //! and noise, and the idle frame that TE sends before the first byte. A byte counts as received at
@@ -85,11 +85,11 @@ pub(crate) struct Usart {
     to_receive: VecDeque<u8>,
     receive_at: u64,
     idle_at: u64,
-    /// Whether the byte on the line had begun before the receiver could see it.
+    /// True if the byte on the line had begun before the receiver could see it.
     misses: bool,
     /// Whether the output and the input are connected to the pins at which the cable is.
     connected: Connected,
-    /// Whether the output has lost or found its pin while the byte goes out.
+    /// True if the output has lost or found its pin while the byte goes out.
     spoils: bool,
     /// Bytes that the program has sent.
     pub(crate) output: Vec<u8>,
@@ -156,7 +156,7 @@ impl Usart {
         self.connected
     }
 
-    /// Whether a byte from the other end is on the line.
+    /// Returns true if a byte from the other end is on the line.
     fn has_begun(&self, now: u64) -> bool {
         self.receive_at != NEVER && now + self.frame() > self.receive_at
     }
@@ -339,7 +339,7 @@ impl Usart {
         self.misses |= self.has_begun(now) && self.has(UE | RE) && !was_on;
     }
 
-    /// Whether all that the registers ask for is modelled.
+    /// Returns true if all that the registers ask for is modelled.
     fn is_modelled(&self) -> bool {
         let runs = self.has(UE) && self.cr1 & (TE | RE) != 0;
         let has_rate = self.brr >= LEAST_DIVIDER && (!self.has(OVER8) || self.brr & 8 == 0);

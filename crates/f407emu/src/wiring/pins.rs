@@ -60,7 +60,7 @@ impl Machine {
         }
     }
 
-    /// Whether the chip drives a pin. A pin that it does not drive floats, or follows its pull or
+    /// True if the chip drives a pin. A pin that it does not drive floats, or follows its pull or
     /// the world.
     pub fn drives(&self, pin: Pin) -> bool {
         let port = usize::from(pin.port);
@@ -108,7 +108,7 @@ impl Machine {
         .collect()
     }
 
-    /// Whether a pin in alternate mode can be high.
+    /// Returns true if a pin in alternate mode can be high.
     fn rises(&self, pin: Pin) -> bool {
         self.devices.ports[usize::from(pin.port)].rises(pin.number)
     }

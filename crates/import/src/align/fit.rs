@@ -30,7 +30,7 @@ pub struct Fit {
     /// The board's size divided by the job's. It is reported, and applied only if the user wants
     /// it.
     pub scale: f64,
-    /// Whether the points fit a mirrored board better. Two points, or points on one line, cannot
+    /// True if the points fit a mirrored board better. Two points, or points on one line, cannot
     /// show whether a board is mirrored.
     pub is_mirrored: bool,
     /// How far each measured point is from its place in the turned and shifted job, mm.
@@ -46,7 +46,7 @@ const NEAR: f64 = 1e-6;
 const CLEARLY: f64 = 2.0;
 
 impl Fit {
-    /// Finds the position of a board; the job is scaled too where `applies_scale`.
+    /// Finds the position of a board; the job is scaled too if `applies_scale`.
     ///
     /// # Errors
     /// Fewer than two points, or points in one place.

@@ -41,7 +41,7 @@ struct Turner<'a> {
     is_relative: bool,
     is_inch: bool,
     is_arc: bool,
-    /// Where the job is, mm; `None` for a coordinate that it has not given yet.
+    /// The job's place, mm; `None` for a coordinate that it has not given yet.
     at: [Option<f64>; 2],
     /// The sum of the rounding errors of relative moves, mm; the next move makes up for it.
     owed: Place,

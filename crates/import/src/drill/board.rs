@@ -23,9 +23,9 @@ pub(super) struct Bit {
     /// Its number, `T`.
     pub(super) number: u32,
     pub(super) diameter: Option<Mm>,
-    /// How fast the bit goes down, mm/min.
+    /// The speed at which the bit goes down, mm/min.
     pub(super) feed: Mm,
-    /// How fast the bit turns, 1/min.
+    /// The speed at which the bit turns, 1/min.
     pub(super) speed: u32,
 }
 
@@ -33,7 +33,7 @@ impl Board {
     /// Joins the files.
     ///
     /// # Errors
-    /// Where the files have nothing to drill or mill, or more tools than a machine has numbers for.
+    /// If the files have nothing to drill or mill, or more tools than a machine has numbers for.
     pub(super) fn new(
         files: &[Drawing],
         options: &Options,

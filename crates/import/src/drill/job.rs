@@ -15,7 +15,7 @@ const MOST_HOLES: f64 = 10_000.0;
 /// Writes the job of a board.
 ///
 /// # Errors
-/// Where a slot cannot be drilled.
+/// If a slot cannot be drilled.
 pub(super) fn job(board: &Board, options: &Options) -> Result<Job, String> {
     let mut writer = Writer {
         lines: Vec::new(),
@@ -43,7 +43,7 @@ struct Writer<'a> {
     /// The number of the hole that is being made, from 1.
     number: usize,
     levels: Vec<Mm>,
-    /// Whether a canned cycle is active, so that a line with only X and Y is a hole.
+    /// True if a canned cycle is active, so that a line with only X and Y is a hole.
     in_cycle: bool,
     options: &'a Options,
 }

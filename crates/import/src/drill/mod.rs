@@ -31,22 +31,22 @@ pub struct Options {
     pub mill_feed: Option<Mm>,
     /// The greatest depth that is drilled or milled in one go, mm.
     pub peck: Option<Mm>,
-    /// Take feeds and speeds from the files where they have them.
+    /// Take feeds and speeds from the files if they have them.
     pub tool_feeds: bool,
-    /// How fast the spindle turns, 1/min; `None` for the machine's highest speed.
+    /// The speed at which the spindle turns, 1/min; `None` for the machine's highest speed.
     pub spindle: Option<u32>,
     /// The axis whose coordinates change their sign: the board is drilled from its other side.
     pub mirror: Option<Mirror>,
-    /// Whether X0 Y0 is the lower left corner of the holes, and not the files' zero.
+    /// True if X0 Y0 is the lower left corner of the holes, and not the files' zero.
     pub from_corner: bool,
     /// Diameters of the available bits, mm; each tool is replaced by the nearest one. Empty: the
     /// tools of the files are used.
     pub bits: Vec<Mm>,
-    /// Whether slots (`G85`) are milled, and not drilled as a row of holes.
+    /// True if slots (`G85`) are milled, and not drilled as a row of holes.
     pub mills_slots: bool,
-    /// Whether there is one job for each bit, and not one job with `M6`.
+    /// True if there is one job for each bit, and not one job with `M6`.
     pub job_a_bit: bool,
-    /// Whether to write canned cycles: G81, or G83 with a peck.
+    /// True if to write canned cycles: G81, or G83 with a peck.
     pub cycles: bool,
 }
 
@@ -59,10 +59,10 @@ pub enum Mirror {
     Y,
 }
 
-/// A job, and its bit's number where each bit has a job of its own.
+/// A job, and its bit's number if each bit has a job of its own.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct DrillJob {
-    /// The bit's number; `None` where the job has all bits.
+    /// The bit's number; `None` if the job has all bits.
     pub bit: Option<u32>,
     /// The job.
     pub job: Job,

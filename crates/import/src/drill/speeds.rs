@@ -34,7 +34,7 @@ impl Speeds {
     ///
     /// ```text
     /// L/v = max |d_axis| / rate,  L/a = max |d_axis| / acceleration
-    /// t = L/v + v/a      where the speed is reached: v²/a <= L
+    /// t = L/v + v/a      if the speed is reached: v²/a <= L
     /// t = 2 sqrt(L/a)    else
     /// ```
     pub(super) fn travel(&self, from: Place, to: Place) -> f64 {

@@ -7,7 +7,7 @@
 use super::format::Zeros;
 use super::word::words;
 
-/// The zeros that the file keeps, and the line of the first number that shows this. `None` where
+/// The zeros that the file keeps, and the line of the first number that shows this. `None` if
 /// numbers show both kinds of zeros, or neither.
 pub(super) fn zeros(text: &str) -> Option<(Zeros, usize)> {
     let (mut leading, mut trailing) = (None, None);

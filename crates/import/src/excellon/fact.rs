@@ -1,4 +1,4 @@
-//! Facts that a file states about its numbers. Where it contradicts itself, either one statement
+//! Facts that a file states about its numbers. If it contradicts itself, either one statement
 //! counts, with a note, or the file is refused.
 //!
 //! | first | then | the one that counts |
@@ -28,7 +28,7 @@ pub(super) struct Place {
     pub(super) source: Source,
     /// The line's number, from 1.
     pub(super) line: usize,
-    /// Whether it stands before the first tool is taken.
+    /// True if it stands before the first tool is taken.
     pub(super) is_in_header: bool,
 }
 

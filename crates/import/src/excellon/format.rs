@@ -26,7 +26,7 @@ impl Units {
         }
     }
 
-    /// The digits where nothing states them: Excellon's own defaults.
+    /// The digits if nothing states them: Excellon's own defaults.
     fn usual_digits(self) -> Digits {
         match self {
             Self::Inch => Digits {
@@ -117,7 +117,7 @@ pub(super) struct Format {
     zeros: Option<Fact<Zeros>>,
     /// The fact that the numbers show, and the line of the first number that shows it.
     shown: Option<(Zeros, usize)>,
-    /// Whether there was an `M48`: after it, a unit has to be given.
+    /// True if there was an `M48`: after it, a unit has to be given.
     pub(super) has_header: bool,
 }
 
@@ -203,7 +203,7 @@ impl Format {
         decimal::scaled(negative, whole, decimals, units.nanos())
     }
 
-    /// How many digits stand before and after the point in numbers without one.
+    /// The number of digits that stand before and after the point in numbers without one.
     fn digits_of(&self, units: Units, notes: &mut Notes) -> Digits {
         if let Some(digits) = self.told.digits.or(self.digits.map(|fact| fact.value)) {
             return digits;

@@ -5,7 +5,7 @@ use super::format::{Digits, Known, Units, Zeros};
 use super::reader::Reader;
 use super::wrong::Wrong;
 
-/// Whether a statement consists of whole words, and not of letters with numbers.
+/// Returns true if a statement consists of whole words, and not of letters with numbers.
 pub(super) fn is_keyword(statement: &str) -> bool {
     let letters = statement.bytes().take_while(u8::is_ascii_alphabetic);
     letters.count() > 1 || statement.contains(',')

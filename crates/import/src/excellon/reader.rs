@@ -34,7 +34,7 @@ pub(super) enum Motion {
     Line,
     /// `G02`, or `G03` in the other direction.
     Arc {
-        /// Whether it is clockwise (`G02`).
+        /// True if it is clockwise (`G02`).
         is_clockwise: bool,
     },
 }
@@ -61,7 +61,7 @@ pub(super) struct State {
     /// The tool in the spindle.
     pub(super) tool: Option<u32>,
     pub(super) mode: Mode,
-    /// Where the tool is.
+    /// The tool's place.
     pub(super) at: Point,
 }
 

@@ -32,14 +32,14 @@ pub struct Route {
 pub struct Cut {
     /// The end of the cut.
     pub to: Point,
-    /// The arc of the cut; `None` where it is straight.
+    /// The arc of the cut; `None` if it is straight.
     pub arc: Option<Arc>,
 }
 
 /// The arc of a cut.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Arc {
-    /// Whether the arc is clockwise (`G02`).
+    /// True if the arc is clockwise (`G02`).
     pub is_clockwise: bool,
     /// The centre of the arc.
     pub centre: Centre,

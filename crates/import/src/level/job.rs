@@ -67,7 +67,7 @@ struct Bender<'a> {
     is_relative: bool,
     is_inch: bool,
     motion: Motion,
-    /// Where the job is, mm; `None` for a coordinate that it has not given yet.
+    /// The job's place, mm; `None` for a coordinate that it has not given yet.
     at: [Option<f64>; 3],
     /// The work coordinate system of the job's places, if it has named one.
     system: Option<Number>,

@@ -24,7 +24,7 @@ const X_Y_Z: Letters = Letters::of(&[Letter::X, Letter::Y, Letter::Z]);
 pub(super) struct Drilled<const AXES: usize> {
     pub(super) cycle: Cycle,
     pub(super) series: Series,
-    /// Where the cycle ends.
+    /// The end of the cycle.
     pub(super) end: [Coordinate; AXES],
     /// Words that nobody has taken yet.
     pub(super) unused: Letters,
@@ -126,7 +126,7 @@ impl<const AXES: usize> Check<'_, AXES> {
         })
     }
 
-    /// How often the cycle is repeated.
+    /// The number of times that the cycle is repeated.
     fn repeats(&mut self) -> Result<u16, Refusal> {
         if !self.take(L) {
             return Ok(1);

@@ -10,7 +10,7 @@ use crate::Status;
 use leadscrew_gcode::Letter;
 
 impl<const AXES: usize> Check<'_, AXES> {
-    /// Where the extruder's word counts from; `None` where it counts as the words of other axes do.
+    /// Where the extruder's word counts from; `None` if it counts as the words of other axes do.
     pub(super) fn extruder_origin(&self) -> Option<Coordinate> {
         let axis = self.context.extruder()?;
         if self.block.non_modal == NonModal::MachineCoordinates {

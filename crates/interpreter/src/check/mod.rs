@@ -37,7 +37,7 @@ pub(super) struct Plan<const AXES: usize> {
     pub(super) path: Path,
     /// The holes, and the words that the next line of the series need not repeat.
     pub(super) cycle: Option<(Cycle, Series)>,
-    /// Where the axis words lead, machine coordinates; the present position where they lead
+    /// The axis words' target, machine coordinates; the present position where they lead
     /// nowhere.
     pub(super) target: [Coordinate; AXES],
 }
@@ -71,7 +71,7 @@ pub(super) enum Effect<const AXES: usize> {
     SetTool(u32, Coordinate),
     /// Stores the position at which the line begins.
     Store(OffsetId),
-    /// Goes to this position, by way of the target where there are axis words.
+    /// Goes to this position, by way of the target if there are axis words.
     GoTo([Coordinate; AXES]),
 }
 
@@ -333,7 +333,7 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         Ok(())
     }
 
-    /// Whether axis words say where to go.
+    /// Returns true if axis words say where to go.
     fn has_target(&self) -> bool {
         match self.block.axis_command {
             AxisCommand::None | AxisCommand::Motion => true,
@@ -390,7 +390,7 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         }
     }
 
-    /// Whether a jog may have all words of the line. Besides its motion it may choose units,
+    /// True if a jog may have all words of the line. Besides its motion it may choose units,
     /// distance mode and machine coordinates.
     fn is_jog(&self) -> bool {
         let modes = self.block.groups.without(GROUPS_IN_JOGS).is_empty();
@@ -418,12 +418,12 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         }
     }
 
-    /// Whether the line has any of these words.
+    /// Returns true if the line has any of these words.
     fn gives(&self, letters: Letters) -> bool {
         !self.block.letters.and(letters).is_empty()
     }
 
-    /// Whether an axis has a word.
+    /// Returns true if an axis has a word.
     fn moves(&self, axis: usize) -> bool {
         self.block.axis_mask & 1 << axis != 0
     }

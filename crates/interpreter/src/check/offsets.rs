@@ -70,7 +70,7 @@ impl<const AXES: usize> Check<'_, AXES> {
         Ok(Effect::SetTool(tool, length))
     }
 
-    /// The system that P names; the one in force where it is 0 or missing.
+    /// The system that P names; the one in force if it is 0 or missing.
     fn named_system(&self) -> Result<WorkSystem, Refusal> {
         let there = match self.context.dialect.has_linuxcnc() {
             true => WorkSystem::ALL.len(),

@@ -70,7 +70,7 @@ impl<const AXES: usize> Check<'_, AXES> {
         }
     }
 
-    /// An arc; where its radius is given and only the axis across the plane moves, a straight line
+    /// An arc; if its radius is given and only the axis across the plane moves, a straight line
     /// along that axis.
     fn arc(&mut self, turn: Turn, target: &[Coordinate; AXES]) -> Result<Path, Refusal> {
         let plane = self.block.modal.plane;

@@ -15,7 +15,7 @@ pub(crate) const MOST: u16 = 10_000;
 pub struct Cycle {
     /// Which cycle.
     pub kind: CycleKind,
-    /// Whether the series began below the R level. Then a tool that is below the R level goes
+    /// True if the series began below the R level. Then a tool that is below the R level goes
     /// straight up to it before it goes to the first hole. Otherwise the tool goes up and to the
     /// hole in one move.
     pub lifts: bool,

@@ -50,12 +50,12 @@ impl CycleKind {
         }
     }
 
-    /// Whether it goes down in pecks, and takes Q.
+    /// Returns true if it goes down in pecks, and takes Q.
     pub const fn pecks(self) -> bool {
         matches!(self, Self::ChipBreak | Self::Peck)
     }
 
-    /// Whether it dwells at the bottom, and takes P.
+    /// Returns true if it dwells at the bottom, and takes P.
     pub const fn dwells(self) -> bool {
         matches!(self, Self::DrillDwell | Self::BoreStop | Self::BoreDwell)
     }

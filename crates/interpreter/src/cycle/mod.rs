@@ -1,7 +1,7 @@
 //! Canned cycles: G73, G81 to G83, G85, G86, G89, as LinuxCNC documents them.
 //!
 //! ```text
-//!   start --rapid--> over the hole           G98: back to the level before the series, or to R where that is higher
+//!   start --rapid--> over the hole           G98: back to the level before the series, or to R if that is higher
 //!                     |                      G99: back to R
 //!                     v rapid
 //!                   R level

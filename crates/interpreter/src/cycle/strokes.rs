@@ -15,7 +15,7 @@ pub struct Strokes<const AXES: usize> {
     /// The travel of the cycle's line: it ends where the cycle ends.
     travel: Travel<AXES>,
     clearance: Coordinate,
-    /// Where the last stroke ends.
+    /// The end of the last stroke.
     at: [Coordinate; AXES],
     /// The level that this hole has reached so far, machine coordinate.
     depth: Coordinate,
@@ -69,12 +69,12 @@ impl<const AXES: usize> Strokes<AXES> {
         }
     }
 
-    /// Whether no stroke is left.
+    /// Returns true if no stroke is left.
     pub fn is_over(&self) -> bool {
         self.stage == Stage::End
     }
 
-    /// Makes the stroke of this stage, and goes on to the next stage. `None` where this cycle has
+    /// Makes the stroke of this stage, and goes on to the next stage. `None` if this cycle has
     /// no stroke in this stage.
     fn make(&mut self) -> Option<Command<AXES>> {
         let (kind, clear) = (self.cycle.kind, self.cycle.clear);

@@ -159,7 +159,7 @@ fn the_machine_says_where_a_probe_or_a_reset_ended() {
     assert_eq!(bench.run("G0X1"), ["RAPID X2.5 Y1.5 Z1.5"]);
 }
 
-/// NIST RS274/NGC, 2.1.2.5: F counts degrees where only axes move that turn, and degrees have no
+/// NIST RS274/NGC, 2.1.2.5: F counts degrees if only axes move that turn, and degrees have no
 /// inches.
 #[test]
 fn the_feed_of_rotary_axes_alone_is_in_degrees() {

@@ -26,13 +26,12 @@ impl<const AXES: usize> Checker<AXES> {
                 let length = length(&arc, start, &travel.target, shape.plane.axes());
                 self.path.bend(length, reach.iter().map(mm), kind);
             }
-            return reach.iter().try_for_each(|at| self.check_span(at));
+            return reach.iter().try_for_each(|at| self.check_place(at));
         }
         let mut found = Ok(());
         for chord in arc {
             self.draw_to(&chord, kind);
-            found = found.and_then(|()| self.check_travel(&chord));
-            found = found.and_then(|()| self.check_span(&chord));
+            found = found.and_then(|()| self.check_place(&chord));
         }
         found
     }

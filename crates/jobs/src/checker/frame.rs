@@ -5,7 +5,7 @@ use super::{Checker, Finding, LineFaultKind};
 use crate::remark::Remark;
 use leadscrew_machine::config::AxisKind;
 use leadscrew_machine::home;
-use leadscrew_machine::settings::table::Setting;
+use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_planner::Coordinate;
 
 /// The way of each axis between its lowest and its highest target while one work zero is in force.
@@ -17,12 +17,13 @@ pub(super) struct Spans<const AXES: usize> {
 }
 
 impl<const AXES: usize> Spans<AXES> {
-    pub(super) const NONE: Self = Self {
-        ends: [None; AXES],
+    /// The program begins: whoever runs it has set work zero, so that the machine can go there.
+    pub(super) const BEGIN: Self = Self {
+        ends: [Some((Coordinate::ZERO, Coordinate::ZERO)); AXES],
         told: [false; AXES],
     };
 
-    /// Another work zero is in force from here on.
+    /// Another work zero is in force from here on: the program sets it, and it may be anywhere.
     pub(super) fn begin(&mut self) {
         self.ends = [None; AXES];
     }
@@ -50,16 +51,28 @@ impl<const AXES: usize> Spans<AXES> {
 }
 
 impl<const AXES: usize> Checker<AXES> {
-    /// Checks that a move in work coordinates fits the travel, wherever work zero is. Only a machine
-    /// that homes knows its travel.
-    pub(super) fn check_span(&mut self, target: &[Coordinate; AXES]) -> Finding {
-        let knows = self.settings.is_on(Setting::Homing);
-        if !knows || self.travel_counts || self.in_machine_coordinates || self.is_checking() {
+    /// Checks that a place can be reached: within the travel, in the frame, and from a work zero
+    /// within the travel. With soft limits the machine refuses a place outside the travel itself.
+    pub(super) fn check_place(&mut self, target: &[Coordinate; AXES]) -> Finding {
+        let travel = self.check_travel(target);
+        if self.settings.is_on(Setting::SoftLimits) {
+            travel?;
+            self.check_frame(target)?;
+        } else {
+            self.check_frame(target)?;
+            travel?;
+        }
+        self.check_span(target)
+    }
+
+    /// Checks that a move in work coordinates fits the travel, wherever in it work zero is.
+    fn check_span(&mut self, target: &[Coordinate; AXES]) -> Finding {
+        if self.travel_counts || self.in_machine_coordinates || self.is_checking() {
             return Ok(());
         }
         let mut travel = self.travel();
-        for (travel, kind) in travel.iter_mut().zip(&self.config.axes) {
-            if *kind != AxisKind::Linear {
+        for (axis, travel) in travel.iter_mut().enumerate() {
+            if !self.knows_travel(axis) {
                 *travel = Coordinate::from_nanos(i64::MAX);
             }
         }
@@ -73,6 +86,15 @@ impl<const AXES: usize> Checker<AXES> {
             travel[axis].to_mm()
         );
         Err((LineFaultKind::CannotFit, Some(detail)))
+    }
+
+    /// True if the travel of an axis is known. Grbl's own value says nothing on a machine that does
+    /// not home: nobody has to set it there.
+    fn knows_travel(&self, axis: usize) -> bool {
+        let travel = self.settings.axes(AxisSetting::Travel)[axis];
+        let is_set = travel != AxisSetting::Travel.row().default;
+        self.config.axes[axis] == AxisKind::Linear
+            && (is_set || self.settings.is_on(Setting::Homing))
     }
 
     /// Notes a line in machine coordinates that leads onto a home switch: hard limits would stop

@@ -1,4 +1,4 @@
-//! Lines that bring a machine from anywhere to where a program stands.
+//! Lines that bring a machine from anywhere to a program's place.
 
 use super::standing::{base, Frame, Standing};
 use super::Checker;
@@ -22,7 +22,7 @@ pub struct Ask {
     pub clearance: Option<Coordinate>,
     /// How long the spindle is given to speed up, s. A beam needs no time.
     pub spin_up: Number,
-    /// Where the job began, work coordinates (G54), mm; needed by a job that counts from there.
+    /// The job's start, work coordinates (G54), mm; needed by a job that counts from there.
     pub start: Option<[Coordinate; 3]>,
 }
 
@@ -85,7 +85,7 @@ impl std::error::Error for RestError {}
 const TOOL: usize = 2;
 
 impl<const AXES: usize> Checker<AXES> {
-    /// Lines that bring a machine from anywhere to where the program stands.
+    /// Lines that bring a machine from anywhere to the program's place.
     pub(super) fn lines_to_here(&self, ask: &Ask) -> Result<Vec<String>, RestError> {
         let Some(standing) = &self.standing else {
             return Ok(Vec::new());

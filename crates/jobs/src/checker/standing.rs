@@ -1,4 +1,4 @@
-//! How a program has come to where it stands: by which words each axis got its place, and what else
+//! How a program has come to its place: by which words each axis got its place, and what else
 //! the machine has been told. From this a program is begun in its middle ([`crate::rest`]).
 //!
 //! ```text
@@ -38,7 +38,7 @@ pub(super) struct Loss {
     pub(super) from_start: bool,
 }
 
-/// How a program has come to where it stands.
+/// How a program has come to its place.
 pub(super) struct Standing<const AXES: usize> {
     pub(super) frames: [Frame; AXES],
     /// Axes whose G92 offset counts from a place that is not known.
@@ -254,7 +254,7 @@ struct Line<'a> {
 }
 
 impl Line<'_> {
-    /// Whether it has this G word.
+    /// Returns true if it has this G word.
     fn has(&self, code: Number) -> bool {
         self.codes().any(|value| value == code)
     }
@@ -305,7 +305,7 @@ impl Line<'_> {
     }
 }
 
-/// Whether a line says by a word of its own how it moves.
+/// Returns true if a line says by a word of its own how it moves.
 pub(crate) fn names_motion(words: &[Word]) -> bool {
     words.iter().any(|word| {
         let code = word.value().trunc();
@@ -314,7 +314,7 @@ pub(crate) fn names_motion(words: &[Word]) -> bool {
 }
 
 impl<const AXES: usize> super::Checker<AXES> {
-    /// Notes by which words the program has come to where it stands.
+    /// Notes by which words the program has come to its place.
     pub(super) fn note_standing(
         &mut self,
         line: &[u8],

@@ -47,7 +47,7 @@ impl<const AXES: usize> Checker<AXES> {
         }
     }
 
-    /// Whether nothing moves, whatever the program says.
+    /// Returns true if nothing moves, whatever the program says.
     pub(super) fn is_checking(&self) -> bool {
         matches!(self.state, State::Check(_))
     }
@@ -80,7 +80,7 @@ impl<const AXES: usize> Checker<AXES> {
         SystemCommand::parse(line, &now)
     }
 
-    /// Whether the machine refuses the command in motion. A setting does not count here, because it
+    /// True if the machine refuses the command in motion. A setting does not count here, because it
     /// has a remark of its own.
     fn needs_rest(&self, command: &SystemCommand<'_>, line: &[u8]) -> bool {
         match command {
@@ -127,6 +127,7 @@ impl<const AXES: usize> Checker<AXES> {
             (LineFaultKind::Refused(fault), detail)
         };
         self.check_travel(&target).map_err(outside)?;
+        self.check_frame(&target)?;
         if target != *self.interpreter.position() {
             (self.state, self.moves) = (State::Jog, true);
         }
@@ -164,7 +165,7 @@ impl<const AXES: usize> Checker<AXES> {
         Err((LineFaultKind::Refused(status.into()), detail))
     }
 
-    /// Where the motors stand, in steps; `None` for an axis whose steps cannot be counted.
+    /// The motors' places, in steps; `None` for an axis whose steps cannot be counted.
     fn steps(&self) -> [Option<i32>; AXES] {
         let scales = self.scales();
         std::array::from_fn(|axis| scales[axis].steps(self.interpreter.position()[axis]))
@@ -226,7 +227,7 @@ impl<const AXES: usize> Checker<AXES> {
             self.learn_rates();
             let rows: Vec<_> = self.own.settings().collect();
             for row in rows {
-                // As on the machine, where an extension refuses its default, its value stays.
+                // As on the machine, if an extension refuses its default, its value stays.
                 let _refused = self.own.set(row.number, row.default);
             }
         }
@@ -266,6 +267,7 @@ impl<const AXES: usize> Checker<AXES> {
         self.path.resume_at(mm(&position));
         self.moves = false;
         self.homed |= mask;
+        self.home_carriages(mask);
         if let Some(standing) = &mut self.standing {
             standing.home(mask);
         }

@@ -2,7 +2,7 @@
 //! end.
 
 use super::{Faults, News, Sizes, KEPT_ERRORS, KEPT_WARNINGS};
-use crate::checker::Follow;
+use crate::checker::{Follow, Foreseen};
 use crate::complaint::{Complaint, Fault};
 use crate::life::{Cause, End};
 use crate::remark::Remarks;
@@ -14,7 +14,7 @@ use leadscrew_program::World;
 use leadscrew_sim::clock::Cycle;
 use leadscrew_sim::program::ProgramFault;
 use leadscrew_sim::scene::note_tools;
-use leadscrew_sim::streamer::{Replies, Reply};
+use leadscrew_sim::streamer::{Replies, Reply, Then};
 
 /// Turns the machine's refusals into complaints, and reports each complaint at once.
 pub(super) struct Complaints {
@@ -32,18 +32,22 @@ pub(super) struct Complaints {
     pub(super) last: u64,
     /// The last message of the machine.
     pub(super) message: String,
-    /// The lines that have been answered, in order; `None` where they were not asked for.
+    /// The lines that have been answered, in order; `None` if they were not asked for.
     pub(super) answered: Option<Vec<u64>>,
     /// Tools that lines have asked for.
     pub(super) tools: Vec<u32>,
-    /// The sizes of the tools; `None` where they were not asked for.
+    /// The sizes of the tools; `None` if they were not asked for.
     pub(super) sizes: Option<Sizes>,
-    /// Looks for likely mistakes; `None` where they were not asked for.
+    /// Looks for likely mistakes; `None` if they were not asked for.
     pub(super) remarks: Option<Remarks>,
     pub(super) warnings: Vec<Complaint>,
     pub(super) warning_count: u64,
-    /// Whether lines after a refused one are sent all the same.
+    /// True if lines after a refused one are sent all the same.
     pub(super) keep_going: bool,
+    /// True if the job ends before a line that the carriages cannot follow.
+    pub(super) knows_place: bool,
+    /// The line that is about to be sent.
+    pub(super) next: u64,
     pub(super) tell: fn(&News<'_>),
 }
 
@@ -71,6 +75,8 @@ impl Complaints {
             warnings: Vec::new(),
             warning_count: 0,
             keep_going: false,
+            knows_place: false,
+            next: 0,
             tell,
         }
     }
@@ -143,6 +149,17 @@ impl Complaints {
         }
     }
 
+    /// The carriages cannot follow the next line.
+    fn crash(&mut self, complaint: Complaint) -> Then {
+        let cause = (Cause::Fault(complaint.fault), complaint.line);
+        self.tell_error(complaint);
+        if self.keep_going {
+            return Then::GoOn;
+        }
+        self.stopped.get_or_insert(cause);
+        Then::Stop
+    }
+
     /// Notes a message of the machine.
     fn hear(&mut self, said: &[u8]) {
         if let Some(message) = said.strip_prefix(b"[MSG:") {
@@ -185,15 +202,19 @@ impl Replies for Complaints {
         }
     }
 
-    fn is_last(&mut self, line: &[u8]) -> bool {
+    fn before(&mut self, line: &[u8]) -> Then {
         let Some(checker) = &mut self.checker else {
-            return false;
+            return Then::GoOn;
         };
-        let refuses = checker.refuses(line);
+        let foreseen = checker.foresee(self.next, line);
         if let Some(remarks) = &mut self.remarks {
             remarks.pass(checker.last());
         }
-        refuses && !self.keep_going
+        match foreseen {
+            Foreseen::Crash(complaint) if self.knows_place => self.crash(complaint),
+            Foreseen::Refused if !self.keep_going => Then::Await,
+            Foreseen::Taken | Foreseen::Refused | Foreseen::Crash(_) => Then::GoOn,
+        }
     }
 
     fn world(&self) -> &dyn World {
@@ -211,6 +232,7 @@ impl Replies for Complaints {
     }
 
     fn read(&mut self, number: u64, line: &[u8]) {
+        self.next = number;
         note_tools(&mut self.tools, line);
         if let Some(sizes) = &mut self.sizes {
             sizes.read(line);

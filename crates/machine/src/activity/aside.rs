@@ -42,12 +42,12 @@ pub(crate) enum Phase {
 pub(crate) struct Aside {
     pub(crate) call: Call,
     pub(crate) phase: Phase,
-    /// Where the answer to the M code's line goes, once that line is no longer under way.
+    /// The receiver of the answer to the M code's line, once that line is no longer under way.
     pub(crate) origin: Origin,
     pub(crate) shown: Shown,
     /// The modes of the program, which the operator's lines may change.
     pub(crate) modal: ModalState,
-    /// Whether the line goes on after the code.
+    /// True if the line goes on after the code.
     pub(crate) has_rest: bool,
     /// The number of kept bytes in the extension's memory.
     pub(crate) kept: usize,

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! The motions are left out on machines without parking or without homing (`$22`), while parking is
-//! forbidden (M56 P0), and where the spindle is already higher than the parking place. There is no
+//! forbidden (M56 P0), and if the spindle is already higher than the parking place. There is no
 //! wait for an output that was off. A laser needs no wait either: it comes on again with the
 //! program. `$SLP` does the same up to `park`.
 
@@ -83,7 +83,7 @@ where
         }
     }
 
-    /// Whether retracting moves the spindle axis out of the way.
+    /// Returns true if retracting moves the spindle axis out of the way.
     pub(crate) fn parks(&self) -> bool {
         let position = self.motion.position();
         self.parking()
@@ -205,7 +205,7 @@ where
         });
     }
 
-    /// How to park; `None` where parking is not allowed now.
+    /// How to park; `None` if parking is not allowed now.
     fn parking(&self) -> Option<ParkingConfig> {
         let allowed = self.program.parking_allowed && self.settings.is_on(Setting::Homing);
         self.config.options.parking.filter(|_| allowed)

@@ -22,12 +22,12 @@ pub(crate) struct DoorCycle<const AXES: usize> {
     pub(crate) step: Step,
     /// When the sequence began; the machine was at rest.
     pub(crate) since: Instant,
-    /// The position at which the machine left its path; `None` where it does not park.
+    /// The position at which the machine left its path; `None` if it does not park.
     pub(crate) left_at: Option<[Coordinate; AXES]>,
 }
 
 impl<const AXES: usize> DoorCycle<AXES> {
-    /// Whether the sequence goes on as soon as motion rests.
+    /// Returns true if the sequence goes on as soon as motion rests.
     pub(crate) fn can_advance(&self) -> bool {
         match self.step {
             Step::PullOut | Step::Park | Step::Unpark | Step::Plunge => true,

@@ -241,7 +241,7 @@ where
         }
     }
 
-    /// Whether one motor of a dual axis has gone on too far without its switch.
+    /// Returns true if one motor of a dual axis has gone on too far without its switch.
     fn is_skewed(&self, group: AxisMask) -> bool {
         let Some(dual) = self.dual_of(group) else {
             return false;
@@ -342,7 +342,7 @@ where
         self.restart(discard, board, now);
     }
 
-    /// The axis with two motors, where it is in `group`.
+    /// The axis with two motors, if it is in `group`.
     fn dual_of(&self, group: AxisMask) -> Option<DualAxis> {
         self.switches
             .dual

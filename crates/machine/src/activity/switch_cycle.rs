@@ -56,7 +56,7 @@ pub(crate) enum LastMove {
 /// Homing, or the way off a limit switch.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SwitchCycle {
-    /// Where `$H` came from.
+    /// The origin of `$H`.
     pub(crate) origin: Origin,
     /// Groups of axes that are still to be homed, the present one first.
     pub(crate) groups: [AxisMask; 4],

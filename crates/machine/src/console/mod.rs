@@ -159,13 +159,13 @@ impl<'a> Console<'a> {
         }
     }
 
-    /// Whether a realtime command has come, or somebody has opened the other end of a channel.
+    /// True if a realtime command has come, or somebody has opened the other end of a channel.
     pub(crate) fn has_requests(&self) -> bool {
         let mut channels = self.channels.iter();
         channels.any(|channel| channel.inbox.has_requests() || channel.inbox.was_opened())
     }
 
-    /// Whether a list is being sent.
+    /// Returns true if a list is being sent.
     pub(crate) fn lists(&self) -> bool {
         self.channels
             .iter()
@@ -186,7 +186,7 @@ impl<'a> Console<'a> {
         })
     }
 
-    /// Whether a byte has come from `owner` since this was asked last; without an owner, from any
+    /// True if a byte has come from `owner` since this was asked last; without an owner, from any
     /// channel.
     pub(crate) fn take_heard(&mut self, owner: Option<ChannelId>) -> bool {
         let mut heard = false;
@@ -321,25 +321,25 @@ impl<'a> Console<'a> {
         }
     }
 
-    /// How many channels there are.
+    /// The number of channels.
     pub(crate) fn count(&self) -> u8 {
         self.channels.len() as u8 // CHANNELS at most
     }
 
-    /// Whether a line has come that is not carried out yet, or is coming.
+    /// Returns true if a line has come that is not carried out yet, or is coming.
     pub(crate) fn hears(&self) -> bool {
         self.channels.iter().any(|channel| {
             channel.complete || channel.inbox.has_bytes() || !channel.inbox.reader.is_empty()
         })
     }
 
-    /// Whether a status report that was asked for can be written.
+    /// Returns true if a status report that was asked for can be written.
     pub(crate) fn reports_now(&self) -> bool {
         let mut channels = self.channels.iter();
         channels.any(|channel| channel.report_due && channel.has_room())
     }
 
-    /// Whether there is something to do at once. `takes_lines`: whether a line would be taken.
+    /// True if there is something to do at once. `takes_lines`: whether a line would be taken.
     pub(crate) fn is_busy(&self, takes_lines: bool) -> bool {
         self.channels.iter().any(|channel| {
             let has_line = || channel.complete || channel.inbox.has_bytes();
@@ -352,7 +352,7 @@ impl<'a> Console<'a> {
         })
     }
 
-    /// Whether no line, list, report or output waits.
+    /// Returns true if no line, list, report or output waits.
     pub(crate) fn is_quiet(&self) -> bool {
         self.channels.iter().all(|channel| {
             !channel.report_due
@@ -392,7 +392,7 @@ impl Channel<'_> {
         self.inbox.limit()
     }
 
-    /// Whether the line taken last was sent before a jog cancel.
+    /// Returns true if the line taken last was sent before a jog cancel.
     pub(crate) fn is_jog_cancelled(&self) -> bool {
         self.jogs_cancelled.is_some()
     }
@@ -407,7 +407,7 @@ impl Channel<'_> {
         self.heard |= bytes > 0;
     }
 
-    /// Whether the other end has gone away, and all of its lines are taken.
+    /// Returns true if the other end has gone away, and all of its lines are taken.
     fn has_ended(&self) -> bool {
         let closed = self.inbox.closed();
         !self.complete && closed.is_some_and(|mark| self.inbox.ahead_of(mark) == 0)
@@ -422,7 +422,7 @@ impl Channel<'_> {
         ended
     }
 
-    /// Whether the line is a `$` command, empty or too long: nothing that belongs to a job.
+    /// Returns true if the line is a `$` command, empty or too long: nothing that belongs to a job.
     fn asks(&self) -> bool {
         self.inbox
             .reader
@@ -430,12 +430,12 @@ impl Channel<'_> {
             .map_or(true, |line| line.first().is_none_or(|first| *first == b'$'))
     }
 
-    /// Whether a report fits.
+    /// Returns true if a report fits.
     pub(crate) fn has_room(&self) -> bool {
         self.inbox.output.has_room()
     }
 
-    /// Whether the board has taken all output.
+    /// Returns true if the board has taken all output.
     pub(crate) fn output_is_empty(&self) -> bool {
         self.inbox.output.is_empty()
     }

@@ -17,7 +17,7 @@ where
     K: Kinematics<AXES, MOTORS> + Clone,
     X: Extension<AXES>,
 {
-    /// Whether the operator has the machine, until `~`: a tool change.
+    /// Returns true if the operator has the machine, until `~`: a tool change.
     pub fn is_aside(&self) -> bool {
         X::IN_USE
             && matches!(

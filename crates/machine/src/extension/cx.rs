@@ -12,9 +12,9 @@ use leadscrew_stepper::OutputChange;
 /// The comment of a line.
 pub type Comment = String<COMMENT>;
 
-/// Where an extension's lines go.
+/// The receiver of an extension's lines.
 pub trait Out {
-    /// Sends a line to the sender whose line is carried out, or to all where there is no such
+    /// Sends a line to the sender whose line is carried out, or to all if there is no such
     /// sender. The text comes without a line end, and is cut behind [`LONGEST_TEXT`] bytes.
     fn line(&mut self, line: fmt::Arguments<'_>);
     /// Sends `[MSG:text]` to all; `text` is cut behind [`LONGEST_TEXT`] bytes.
@@ -31,11 +31,11 @@ pub struct Cx<'a, const AXES: usize> {
     pub now: Instant,
     /// The machine's state.
     pub state: State,
-    /// Where the axes are, machine position.
+    /// The machine position of the axes.
     pub position: [Coordinate; AXES],
     /// The work offset in force: where the program's zero is, machine position.
     pub work_offset: [Coordinate; AXES],
-    /// Whether nothing moves and nothing is planned.
+    /// True if nothing moves and nothing is planned.
     pub at_rest: bool,
     out: &'a mut dyn Out,
     alarm: Option<Alarm>,
@@ -83,7 +83,7 @@ impl<'a, const AXES: usize> Cx<'a, AXES> {
         self.out.message(text);
     }
 
-    /// Makes synchronised outputs change where the next move of the program begins, together with
+    /// Makes synchronised outputs change when the next move of the program begins, together with
     /// the changes asked for before. A reset, an alarm and the end of the program forget them.
     pub fn with_next_move(&mut self, change: OutputChange) {
         self.outputs = self.outputs.then(change);

@@ -17,7 +17,7 @@ use leadscrew_stepper::OutputChange;
 /// The serial lines, as an extension speaks on them.
 struct Voice<'a, 'c> {
     console: &'a mut Console<'c>,
-    /// Where a line goes; `None`: to all.
+    /// The receiver of a line; `None`: to all.
     to: Option<ChannelId>,
 }
 
@@ -97,7 +97,7 @@ where
         }
     }
 
-    /// Whether the extension lets `~` take effect.
+    /// Returns true if the extension lets `~` take effect.
     pub(crate) fn extension_resumes<B: Board>(&mut self, board: &mut B, now: Instant) -> bool {
         !X::IN_USE || self.ask(None, board, now, |extension, cx| extension.resumes(cx))
     }
@@ -144,7 +144,7 @@ where
         Progress::Wait
     }
 
-    /// Whether the M code under way may be asked again.
+    /// Returns true if the M code under way may be asked again.
     fn is_own_due(&mut self) -> bool {
         match self.activity.line.own_wait() {
             Some(OwnWait::Rest) => self.is_motion_over(),

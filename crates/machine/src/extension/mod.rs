@@ -11,7 +11,7 @@
 //! ```
 //!
 //! All methods are called from the main loop and none may wait: a long activity is a value that
-//! [`Extension::perform`] advances. A pair of extensions is an extension: `(Heat, Vacuum)`. Where
+//! [`Extension::perform`] advances. A pair of extensions is an extension: `(Heat, Vacuum)`. If
 //! both know an M code or a setting, the first one has it. `()` is no extension: no code is
 //! compiled for it.
 //!
@@ -48,7 +48,7 @@ pub use own_code::OwnCode;
 ///
 /// Every method has a default, which adds nothing.
 pub trait Extension<const AXES: usize> {
-    /// Whether calls to the extension are compiled at all. `false` for `()` alone.
+    /// True if calls to the extension are compiled at all. `false` for `()` alone.
     const IN_USE: bool = true;
 
     /// The M code of this number, 0 to 255, if it is one of this extension's. Asked before GRBL's
@@ -127,8 +127,8 @@ pub trait Extension<const AXES: usize> {
         &mut []
     }
 
-    /// The length of tool number `tool`, or of the tool in the spindle where `tool` is `None`: for
-    /// G43. Returns `None` where there is no such tool.
+    /// The length of tool number `tool`, or of the tool in the spindle if `tool` is `None`: for
+    /// G43. Returns `None` if there is no such tool.
     fn tool_length(&self, tool: Option<u32>) -> Option<Coordinate> {
         let _ = tool;
         None
@@ -157,7 +157,7 @@ pub trait Extension<const AXES: usize> {
         let _ = (byte, cx);
     }
 
-    /// Whether it has something of this kind on that must not stay so without a sender: the machine
+    /// True if it has something of this kind on that must not stay so without a sender: the machine
     /// watches it, and says [`Event::LeftAlone`].
     fn is_on(&self, load: Load) -> bool {
         let _ = load;
@@ -194,11 +194,11 @@ impl<const AXES: usize> Extension<AXES> for () {
 pub enum Asked<'a, const AXES: usize> {
     /// A straight move, a whole arc, or a stroke of a cycle.
     Move {
-        /// Where it begins, machine position.
+        /// Its start, machine position.
         from: &'a [Coordinate; AXES],
-        /// Where it ends, machine position.
+        /// Its end, machine position.
         target: &'a [Coordinate; AXES],
-        /// Whether it is a jog.
+        /// True if it is a jog.
         jog: bool,
     },
     /// An M code of an extension, this one or another.

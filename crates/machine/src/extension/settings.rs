@@ -80,7 +80,7 @@ where
     pub(crate) fn restore_own(&mut self) {
         let mut index = 0;
         while let Some(row) = self.own_setting(index) {
-            // A default is in the range of its row; where the extension refuses it, the value in
+            // A default is in the range of its row; if the extension refuses it, the value in
             // force stays.
             let _refused = self.extension.set(row.number, row.default);
             index += 1;

@@ -87,7 +87,7 @@ where
         }
     }
 
-    /// Starts the step timer, where [`Motion::prepare`] has returned `true`.
+    /// Starts the step timer, if [`Motion::prepare`] has returned `true`.
     pub(crate) fn start<B: Board>(&mut self, board: &mut B, now: Instant) {
         self.feeder.start(board, now);
     }
@@ -111,19 +111,19 @@ where
         }
     }
 
-    /// Whether motion may run out of segments: they come before anything that takes long.
+    /// Returns true if motion may run out of segments: they come before anything that takes long.
     pub(crate) fn is_short(&self) -> bool {
         self.feeder.is_short()
     }
 
-    /// Whether segments ran out in motion since this was asked last.
+    /// Returns true if segments ran out in motion since this was asked last.
     pub(crate) fn take_underrun(&mut self) -> bool {
         let before = self.underruns;
         self.underruns = self.shared.underruns();
         self.underruns != before
     }
 
-    /// Whether the step interrupt does not come although there is motion to be made. Told once in
+    /// True if the step interrupt does not come although there is motion to be made. Told once in
     /// [`STALLED`].
     pub(crate) fn take_stall(&mut self) -> bool {
         self.feeder.take_stall() && !(self.stopping && self.is_program_idle())
@@ -188,7 +188,7 @@ fn scaled(power: Power, percent: u8) -> Power {
 /// and a microsecond for each rounding of the time.
 const UNSEEN: Duration = Duration::from_ticks(100);
 
-/// A further reduction where power has a lead: half a tick of fast steps, for which power is needed
+/// A further reduction if power has a lead: half a tick of fast steps, for which power is needed
 /// beyond the lead.
 const HALF_A_TICK: Duration = Duration::from_ticks(50);
 
@@ -250,11 +250,11 @@ pub(crate) struct Feeder<'a, const MOTORS: usize> {
     bounds: Bounds,
     /// The part of the segment under way that was over at the last look, timer counts.
     over: u32,
-    /// Whether the ticks of the newest segment are closer than [`CROWDED`].
+    /// True if the ticks of the newest segment are closer than [`CROWDED`].
     is_crowded: bool,
     /// For how long no segment has been taken although the step timer runs, as of the last look.
     stalled: Duration,
-    /// Whether that was told, and no segment has been taken since.
+    /// True if that was told, and no segment has been taken since.
     stall_told: bool,
     looked: Instant,
 }
@@ -357,7 +357,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         self.bounds.waiting.saturating_sub(self.left())
     }
 
-    /// Whether one more segment may be committed.
+    /// Returns true if one more segment may be committed.
     fn has_room(&self) -> bool {
         self.left() <= self.bounds.committed && self.segments.ready()
     }
@@ -378,19 +378,19 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         }
     }
 
-    /// Whether motion may run out of segments: less than [`Feeder::least`] is left. The main loop
+    /// True if motion may run out of segments: less than [`Feeder::least`] is left. The main loop
     /// wanted to be woken at that point, so it is late.
     fn is_short(&self) -> bool {
         self.shared.is_running() && !self.has_enough()
     }
 
-    /// Whether the segments that are committed last until the next turn of the main loop.
+    /// Returns true if the segments that are committed last until the next turn of the main loop.
     fn has_enough(&self) -> bool {
         self.left() >= self.least()
     }
 
     /// The next segment is made when less than this is left, timer counts. Usually that is
-    /// [`SHORT`]: committed motion cannot be changed, so the segment is made late. Where ticks are
+    /// [`SHORT`]: committed motion cannot be changed, so the segment is made late. If ticks are
     /// [`CROWDED`], a segment takes long to make, so it is made as soon as there is room.
     fn least(&self) -> u32 {
         match self.is_crowded {
@@ -408,7 +408,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         }
     }
 
-    /// Whether the step timer rests although segments wait.
+    /// Returns true if the step timer rests although segments wait.
     fn is_to_start(&self) -> bool {
         !self.shared.is_running() && !self.segments.is_empty()
     }
@@ -420,7 +420,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         self.since = self.counts(begun);
     }
 
-    /// Whether nothing is committed and the step timer rests.
+    /// Returns true if nothing is committed and the step timer rests.
     pub(crate) fn is_at_rest(&self) -> bool {
         !self.shared.is_running() && self.segments.is_empty()
     }
@@ -455,7 +455,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         self.stalled += passed.unwrap_or(LOOK).min(LOOK);
     }
 
-    /// Whether the step interrupt has taken no segment for [`STALLED`], and has not been reported
+    /// True if the step interrupt has taken no segment for [`STALLED`], and has not been reported
     /// for it since.
     pub(crate) fn take_stall(&mut self) -> bool {
         let stalls = self.stalled >= STALLED;
@@ -465,7 +465,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         stalls
     }
 
-    /// Whether the step interrupt does not come, as told.
+    /// Returns true if the step interrupt does not come, as told.
     pub(crate) fn is_stalled(&self) -> bool {
         self.stall_told
     }
@@ -486,7 +486,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
     }
 }
 
-/// Timer counts from `instant` up to `now`; 0 where `instant` has not come yet. The two must be
+/// Timer counts from `instant` up to `now`; 0 if `instant` has not come yet. The two must be
 /// less than 2³¹ counts apart, 25 s on the F407.
 fn passed(instant: u32, now: u32) -> u32 {
     let passed = now.wrapping_sub(instant).cast_signed();

@@ -79,9 +79,9 @@ pub(crate) struct Motion<'a, K, const AXES: usize, const MOTORS: usize> {
     /// The power of the segment committed last.
     power_out: Power,
     pub(crate) drivers: Drivers,
-    /// Outputs that change where the next move of the program begins.
+    /// Outputs that change when the next move of the program begins.
     pub(crate) outputs: OutputChange,
-    /// Where the planned path ends, exactly.
+    /// The end of the planned path, exactly.
     pub(crate) path_end: [Coordinate; AXES],
     /// The travel of each axis: `$130` and up.
     pub(crate) travel: [Coordinate; AXES],
@@ -230,7 +230,7 @@ where
         }
     }
 
-    /// Whether one more move of the program should be planned now. Without it the queue's end might
+    /// True if one more move of the program should be planned now. Without it the queue's end might
     /// slow motion down, or the queue might run empty while the sender stalls as long as `$710`
     /// allows. If not, the line of that move waits.
     pub(crate) fn wants_more(&self) -> bool {
@@ -254,17 +254,17 @@ where
         self.start.put_off(now);
     }
 
-    /// Whether no step is made and none is committed. A hold that was asked for is complete then.
+    /// True if no step is made and none is committed. A hold that was asked for is complete then.
     pub(crate) fn is_at_rest(&self) -> bool {
         self.feeder.is_at_rest() && self.lead.is_empty()
     }
 
-    /// Whether all moves of the program have been made.
+    /// Returns true if all moves of the program have been made.
     pub(crate) fn is_idle(&self) -> bool {
         self.is_at_rest() && self.is_program_idle()
     }
 
-    /// Whether all moves of a cycle have been made.
+    /// Returns true if all moves of a cycle have been made.
     pub(crate) fn is_aside_idle(&self) -> bool {
         self.is_at_rest() && self.aside.planner.is_empty() && self.aside.segmenter.is_idle()
     }
@@ -309,7 +309,7 @@ where
         self.forget();
     }
 
-    /// How far each axis goes in the move that runs, mm or degrees; `None` at rest.
+    /// The distance that each axis goes in the move that runs, mm or degrees; `None` at rest.
     pub(crate) fn running_ways(&self) -> Option<[f32; AXES]> {
         match self.driver {
             Driver::Program => self.program.planner.running_ways(),
@@ -367,7 +367,7 @@ where
         }
     }
 
-    /// Whether a stop still empties the segment queue. Not if no step interrupt comes, which would
+    /// True if a stop still empties the segment queue. Not if no step interrupt comes, which would
     /// keep all lines waiting.
     pub(crate) fn is_stopping(&self) -> bool {
         self.stopping && !self.feeder.is_stalled()
@@ -381,7 +381,7 @@ where
         }
     }
 
-    /// Whether a change of overrides has not reached all planned moves yet.
+    /// Returns true if a change of overrides has not reached all planned moves yet.
     pub(crate) fn is_renewing(&self) -> bool {
         self.program.planner.is_renewing()
     }
@@ -485,7 +485,7 @@ impl Start {
         }
     }
 
-    /// Whether motion may begin with `moves` planned.
+    /// Returns true if motion may begin with `moves` planned.
     fn is_over(&mut self, moves: usize, now: Instant) -> bool {
         let enough = moves >= self.patience.moves;
         if enough || self.ends_at().is_some_and(|end| now >= end) {

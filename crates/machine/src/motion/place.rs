@@ -16,12 +16,12 @@ where
         self.resync();
     }
 
-    /// Where the axes are, counted from steps. Motors beyond the axes do not count.
+    /// The position of the axes, counted from steps. Motors beyond the axes do not count.
     pub(crate) fn position(&self) -> [Coordinate; AXES] {
         self.axes(&self.shared.position())
     }
 
-    /// Where the axes are when the motors are at `steps`.
+    /// The position of the axes when the motors are at `steps`.
     pub(crate) fn axes(&self, steps: &[i32; MOTORS]) -> [Coordinate; AXES] {
         self.program.planner.axes_at(steps)
     }
@@ -32,7 +32,7 @@ where
         self.aside.planner.set_position(steps);
     }
 
-    /// Sets a second motor's position to the position of its axis, where a motor lock has let the
+    /// Sets a second motor's position to the position of its axis, if a motor lock has let the
     /// two step apart. Otherwise the next move would bring back the skew that homing has taken out.
     /// Returns the positions of all motors, in steps. At rest.
     pub(super) fn gang(&mut self) -> [i32; MOTORS] {

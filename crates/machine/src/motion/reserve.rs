@@ -35,7 +35,7 @@ impl Reserve {
         self.percent = percent.max(100);
     }
 
-    /// Whether `waiting` is more than should wait: microseconds of motion at an override of 100 %.
+    /// True if `waiting` is more than should wait: microseconds of motion at an override of 100 %.
     pub(super) fn is_exceeded(&self, waiting: u64) -> bool {
         let percent = u64::from(self.percent);
         self.micros

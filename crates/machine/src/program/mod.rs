@@ -16,7 +16,7 @@ pub(crate) struct Program<const AXES: usize> {
     pub(crate) line_waits: bool,
     /// Lines since the program began: since power-up, a reset, or the end of the program before.
     pub(crate) lines: u32,
-    /// Whether M56 allows parking.
+    /// True if M56 allows parking.
     pub(crate) parking_allowed: bool,
     /// The overrides that M48 to M51 let act.
     pub(crate) overrides: OverrideControl,
@@ -26,12 +26,12 @@ pub(crate) struct Program<const AXES: usize> {
     pub(crate) work_offset: [Coordinate; AXES],
 }
 
-/// Where the probe touched last.
+/// The place at which the probe touched last.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Probed<const AXES: usize> {
     /// Machine position.
     pub(crate) position: [Coordinate; AXES],
-    /// Whether the last probing motion made contact.
+    /// True if the last probing motion made contact.
     pub(crate) contact: bool,
 }
 

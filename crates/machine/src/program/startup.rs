@@ -45,7 +45,7 @@ impl Startup {
         self.then.take()
     }
 
-    /// Whether lines from senders have to wait.
+    /// Returns true if lines from senders have to wait.
     pub(crate) fn is_running(&self) -> bool {
         self.next.is_some() || self.then.is_some()
     }

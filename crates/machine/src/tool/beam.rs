@@ -23,7 +23,7 @@ pub enum Beam {
     Dark,
     /// This power at any speed, and at rest (M3).
     Constant(Power),
-    /// This power at the programmed speed, less where motion is slower, none at rest (M4).
+    /// This power at the programmed speed, less when motion is slower, none at rest (M4).
     WithSpeed(Power),
 }
 
@@ -67,7 +67,7 @@ pub fn beam(state: State, wanted: Wanted, percent: u8, scale: &SpindleScale) -> 
     }
 }
 
-/// Whether the gate is open. A motion that slows down on its path still burns with its steps.
+/// True if the gate is open. A motion that slows down on its path still burns with its steps.
 pub fn may_burn(state: State) -> bool {
     match state {
         State::Idle

@@ -36,7 +36,7 @@ impl Coolant {
         self.wanted
     }
 
-    /// Whether any valve is meant to be open.
+    /// Returns true if any valve is meant to be open.
     pub fn is_wanted(&self) -> bool {
         self.wanted != CoolantOutput::default()
     }

@@ -31,7 +31,7 @@ pub(crate) struct Tool {
     pub(crate) up_to_speed_at: Option<Instant>,
     /// The program's last command to the spindle.
     pub(crate) told: interpreter::Spindle,
-    /// The power that was put out in this rest; `None` in motion, and where it has to be put out
+    /// The power that was put out in this rest; `None` in motion, and if it has to be put out
     /// anew.
     rest_power: Option<Power>,
     /// The direction that was put out in this rest; `None` as for the power.
@@ -118,7 +118,7 @@ impl Spindle {
         self.stands_at = self.stands_at.and(Some(0.0));
     }
 
-    /// Whether it waits for the next move or spindle command.
+    /// Returns true if it waits for the next move or spindle command.
     pub fn stands(&self) -> bool {
         self.stands_at.is_some()
     }
@@ -138,7 +138,7 @@ impl Spindle {
         self.suspended = false;
     }
 
-    /// Whether the laser's gate is to be shut.
+    /// Returns true if the laser's gate is to be shut.
     pub fn is_shut(&self, state: State) -> bool {
         self.laser && (self.suspended || !may_burn(state))
     }
@@ -152,17 +152,17 @@ impl Spindle {
         }
     }
 
-    /// Whether a laser stands in the spindle's place.
+    /// Returns true if a laser stands in the spindle's place.
     pub fn is_laser(&self) -> bool {
         self.laser
     }
 
-    /// Whether it is meant to be on.
+    /// Returns true if it is meant to be on.
     pub fn is_wanted(&self) -> bool {
         self.wanted.output != SpindleOutput::Off
     }
 
-    /// Whether it is kept off, although it may be wanted.
+    /// Returns true if it is kept off, although it may be wanted.
     pub fn is_suspended(&self) -> bool {
         self.suspended
     }

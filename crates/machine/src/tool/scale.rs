@@ -3,7 +3,7 @@
 //! ```text
 //!   power
 //!     1 |            ______      S0 is off. Up to $31: the least power that is not off.
-//!       |          /             From $31 to $30: in proportion. Where $30 is not above $31,
+//!       |          /             From $31 to $30: in proportion. If $30 is not above $31,
 //!       |        /               any S above 0 is full power.
 //!   min |__----/
 //!     0 +------+-----+---- S

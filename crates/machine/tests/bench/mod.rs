@@ -205,7 +205,7 @@ pub struct Session<'a, K: Kinematics<3, 3> + Clone = Cartesian, X: Extension<3> 
     receiver: Receiver<'a>,
     interrupt: StepInterrupt<3>,
     segments: heapless::spsc::Consumer<'a, Segment<3>>,
-    /// A switch on the probe input or a limit: closes where the carriage is at or beyond this
+    /// A switch on the probe input or a limit: closes if the carriage is at or beyond this
     /// (motor, steps).
     pub contact: Option<Contact>,
     next_poll: u64,
@@ -224,11 +224,11 @@ impl<K: Kinematics<3, 3> + Clone, X: Extension<3>> Drop for Session<'_, K, X> {
 /// A switch that follows the carriage.
 #[derive(Clone, Copy, Debug)]
 pub enum Contact {
-    /// The probe touches where motor 2 is at or below this.
+    /// The probe touches if motor 2 is at or below this.
     Probe(i32),
-    /// The limit switch of each motor is closed where it is at or above this.
+    /// The limit switch of each motor is closed if it is at or above this.
     Limits([i32; 3]),
-    /// The limit switches of crossed belts: of each axis, where the carriage is at or above this,
+    /// The limit switches of crossed belts: of each axis, if the carriage is at or above this,
     /// steps.
     Belts([i32; 3]),
 }

@@ -9,7 +9,7 @@ use leadscrew_gcode::Number;
 pub struct Parameters<const AXES: usize> {
     /// G54 to G59.3.
     pub systems: [Coordinates<AXES>; 9],
-    /// Whether the machine has G59.1 to G59.3; Grbl has not.
+    /// True if the machine has G59.1 to G59.3; Grbl has not.
     pub nine: bool,
     /// G28.
     pub home: Coordinates<AXES>,
@@ -19,7 +19,7 @@ pub struct Parameters<const AXES: usize> {
     pub temporary: Coordinates<AXES>,
     /// Tool length offset, mm.
     pub tool_length: Number,
-    /// Where the probe touched last.
+    /// The place at which the probe touched last.
     pub probed: ProbeReport<AXES>,
     /// Unit of lengths.
     pub units: Units<AXES>,
@@ -29,7 +29,7 @@ impl<const AXES: usize> Parameters<AXES> {
     /// Places of the systems that Grbl has not.
     const FURTHER: core::ops::Range<usize> = 6..9;
 
-    /// How many lines `$#` has.
+    /// The number of lines that `$#` has.
     pub const fn lines(nine: bool) -> usize {
         match nine {
             true => 14,
@@ -115,7 +115,7 @@ impl<const AXES: usize> fmt::Display for ParameterLine<'_, AXES> {
 pub struct ProbeReport<const AXES: usize> {
     /// Machine position of the contact, mm.
     pub position: Coordinates<AXES>,
-    /// Whether the last probing motion made contact.
+    /// True if the last probing motion made contact.
     pub success: bool,
     /// Unit of lengths.
     pub units: Units<AXES>,

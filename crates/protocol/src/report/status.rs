@@ -119,9 +119,9 @@ pub struct StatusReport<const AXES: usize> {
     pub mask: u8,
     /// Room for further moves and bytes.
     pub room: Room,
-    /// Line of the move under way, where it is reported.
+    /// Line of the move under way, if it is reported.
     pub line_number: Option<u32>,
-    /// Time to finish the queued moves, s, where it is reported.
+    /// Time to finish the queued moves, s, if it is reported.
     pub time_left: Option<Number>,
     /// Actual feed, mm/min.
     pub feed: Number,

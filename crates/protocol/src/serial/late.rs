@@ -31,7 +31,7 @@ pub(super) struct Late {
     list: AtomicU32,
     /// The commands that the main loop has taken.
     taken: AtomicU32,
-    /// Where the newest 0x85 stood.
+    /// The place of the newest 0x85.
     mark: AtomicU32,
 }
 
@@ -44,7 +44,7 @@ impl Late {
         }
     }
 
-    /// Whether the main loop has something to take. Any context.
+    /// Returns true if the main loop has something to take. Any context.
     pub(super) fn waits(&self) -> bool {
         self.list.load(Ordering::Acquire) != self.taken.load(Ordering::Acquire)
     }
@@ -89,7 +89,7 @@ impl Late {
         Taken(if fresh { peeked & LIST } else { 0 })
     }
 
-    /// Where the newest 0x85 stood. Main loop.
+    /// The place of the newest 0x85. Main loop.
     pub(super) fn mark(&self) -> u32 {
         self.mark.load(Ordering::Relaxed)
     }

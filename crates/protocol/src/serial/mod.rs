@@ -62,7 +62,7 @@ pub struct Mark(u32);
 pub struct Request {
     /// The request.
     pub realtime: Realtime,
-    /// Where it stood among the ordinary bytes.
+    /// Its place among the ordinary bytes.
     pub mark: Mark,
 }
 

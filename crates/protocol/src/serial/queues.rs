@@ -72,7 +72,7 @@ impl Receiver<'_> {
     }
 
     fn keep(&mut self, byte: u8) {
-        // Where the limit is the queue's own capacity, `enqueue` checks it.
+        // If the limit is the queue's own capacity, `enqueue` checks it.
         let fits = self.limit == self.bytes.capacity() || self.bytes.len() < self.limit;
         if fits && self.bytes.enqueue(byte).is_ok() {
             self.received = self.received.wrapping_add(1);
@@ -225,7 +225,7 @@ impl Inbox<'_> {
         }
     }
 
-    /// Where the other end went away, until [`Inbox::forget_close`]: nothing that came after is
+    /// If the other end went away, until [`Inbox::forget_close`]: nothing that came after is
     /// [`ready`](Self::ready). Main loop.
     pub fn closed(&self) -> Option<Mark> {
         let closed = self.shared.closed.load(Ordering::Acquire);
@@ -238,7 +238,7 @@ impl Inbox<'_> {
         self.shared.closed.store(false, Ordering::Release);
     }
 
-    /// How many unread bytes came before `mark`. Main loop.
+    /// The number of unread bytes that came before `mark`. Main loop.
     pub fn ahead_of(&self, mark: Mark) -> u32 {
         let ahead = mark.0.wrapping_sub(self.taken).cast_signed();
         u32::try_from(ahead).unwrap_or(0)
@@ -330,7 +330,7 @@ impl Inbox<'_> {
     }
 
     /// How many bytes came before the next realtime command and have not been taken yet; `None`
-    /// where there is no command.
+    /// if there is no command.
     fn ahead_of_request(&self) -> Option<usize> {
         let Some(request) = self.requests.peek() else {
             return self.is_late().then_some(0);
@@ -359,7 +359,7 @@ impl<'a> Output<'a> {
         Self { waiting, lost: 0 }
     }
 
-    /// Whether a report fits.
+    /// Returns true if a report fits.
     pub fn has_room(&self) -> bool {
         self.room() >= LEAST_TX
     }
@@ -368,7 +368,7 @@ impl<'a> Output<'a> {
         self.waiting.storage_capacity() - self.waiting.storage_len()
     }
 
-    /// Whether nothing waits.
+    /// Returns true if nothing waits.
     pub fn is_empty(&self) -> bool {
         self.waiting.is_empty()
     }
@@ -378,17 +378,17 @@ impl<'a> Output<'a> {
         self.lost
     }
 
-    /// Adds a line and its CR LF: whole, or where there is no room for it, not at all.
+    /// Adds a line and its CR LF: whole, or if there is no room for it, not at all.
     pub fn line(&mut self, line: impl fmt::Display) {
         self.add(0, format_args!("{line}\r\n"));
     }
 
-    /// As [`Output::line`], for text that may be missed where the other end reads slowly.
+    /// As [`Output::line`], for text that may be missed if the other end reads slowly.
     pub fn message(&mut self, line: impl fmt::Display) {
         self.add(MESSAGES_LEAVE, format_args!("{line}\r\n"));
     }
 
-    /// Adds `text` where that leaves `room` bytes; otherwise nothing.
+    /// Adds `text` if that leaves `room` bytes; otherwise nothing.
     fn add(&mut self, room: usize, text: fmt::Arguments<'_>) {
         let (before, lost) = (self.waiting.storage_len(), self.lost);
         // Writing here cannot fail; see `write_str`.

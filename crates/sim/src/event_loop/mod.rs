@@ -75,7 +75,7 @@ pub struct Simulation<'a, K, O, const AXES: usize, const MOTORS: usize, const MO
     /// The laser is on where it has to be off, and this violation has been noted.
     laser_noted: bool,
     now: Cycle,
-    /// Since when the main loop has had a reason to run; [`Cycle::NEVER`] where it has none.
+    /// Since when the main loop has had a reason to run; [`Cycle::NEVER`] if it has none.
     wake: Cycle,
     /// The latest instant at which the main loop wants to run.
     deadline: Cycle,
@@ -95,7 +95,7 @@ where
     /// [`Simulation::run_until`].
     ///
     /// # Panics
-    /// Where nothing can be planned with `setup.machine` (see [`Machine::new`]).
+    /// If nothing can be planned with `setup.machine` (see [`Machine::new`]).
     pub fn new(
         memory: &'a mut Memory<AXES, MOTORS, MOVES>,
         setup: &Setup<AXES>,
@@ -348,7 +348,7 @@ where
         self.cpu.main_start(self.wake.min(self.deadline))
     }
 
-    /// Whether only an extension's regular work is left to happen. `due` is the next event on lines
+    /// True if only an extension's regular work is left to happen. `due` is the next event on lines
     /// and switches.
     fn has_only_chores(&self, due: Cycle) -> bool {
         let others = due.min(self.wake).min(self.board.timer_due());
@@ -380,7 +380,7 @@ where
         }
     }
 
-    /// Looks at the inputs where contacts bounce or the board filters.
+    /// Looks at the inputs if contacts bounce or the board filters.
     fn look_at_inputs(&mut self, now: Cycle) {
         let position = self.shared.position();
         let contacts = self.board.contacts.as_mut();
@@ -545,7 +545,7 @@ mod tests {
         assert_eq!(errors, [(2, 20)]);
     }
 
-    /// Whether power at rest is reported as a violation: the test switches it on after `program`.
+    /// True if power at rest is reported as a violation: the test switches it on after `program`.
     fn is_caught(program: &str) -> bool {
         let setup = Setup::<3>::new(MachineConfig::new(), Rate::NeverWaits);
         let mut memory = Memory::new(&setup);

@@ -12,7 +12,7 @@
 //! ```
 //!
 //! Every motor has a carriage of its own. Two motors on one axis are the two sides of a gantry. The
-//! gantry is square where both carriages stand at the same place; the plant does not limit its
+//! gantry is square if both carriages stand at the same place; the plant does not limit its
 //! skew.
 //!
 //! On crossed belts the first two motors move one carriage in X and Y: it stands at half their sum
@@ -41,10 +41,10 @@ pub const LEAST_SETUP: u64 = (650 * (CPU_HZ / 1_000_000)).div_ceil(1000);
 pub struct Rise {
     /// Motors whose pin was high already: no edge, no step.
     pub lost: MotorMask,
-    /// The shortest time from a change of direction to this step, in cycles; `None` where no motor
+    /// The shortest time from a change of direction to this step, in cycles; `None` if no motor
     /// has changed its direction since its last step.
     pub setup: Option<u64>,
-    /// Whether a switch may have changed.
+    /// True if a switch may have changed.
     pub switches: bool,
 }
 
@@ -66,7 +66,7 @@ pub struct Plant<const MOTORS: usize> {
     switches: Vec<Switch>,
     /// Motors 0 and 1 are on crossed belts.
     crossed: bool,
-    /// The shape of the plate that the probe meets, where it is uneven.
+    /// The shape of the plate that the probe meets, if it is uneven.
     plate: Option<Plate>,
     /// Pins that are held at a level.
     forced: Vec<(Pin, bool)>,
@@ -120,7 +120,7 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         }
     }
 
-    /// Whether each motor may make `steps` more steps without passing a switch.
+    /// Returns true if each motor may make `steps` more steps without passing a switch.
     pub(crate) fn is_free_for(&self, steps: u32) -> bool {
         let far = steps.cast_signed();
         let is_inside = |carriage: &Carriage| {
@@ -173,7 +173,7 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         self.negative
     }
 
-    /// Whether a step pin is high.
+    /// Returns true if a step pin is high.
     #[inline]
     pub fn in_pulse(&self) -> bool {
         !self.high.is_empty()
@@ -299,7 +299,7 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         Some(self.plate?.height(place))
     }
 
-    /// Where the carriages are, in steps.
+    /// The carriages' places, in steps.
     pub fn position(&self) -> [i32; MOTORS] {
         self.carriages.each_ref().map(|carriage| carriage.position)
     }
@@ -324,13 +324,13 @@ impl<const MOTORS: usize> Plant<MOTORS> {
             .map(|carriage| carriage.rate.hertz())
     }
 
-    /// The shortest pulse in cycles; `None` where there was none.
+    /// The shortest pulse in cycles; `None` if there was none.
     pub fn shortest_pulse(&self) -> Option<u64> {
         Some(self.shortest_pulse).filter(|width| *width != u64::MAX)
     }
 
     /// The shortest time from a change of direction to its motor's next step in cycles; `None`
-    /// where there was none.
+    /// if there was none.
     pub fn shortest_setup(&self) -> Option<u64> {
         Some(self.shortest_setup).filter(|setup| *setup != u64::MAX)
     }

@@ -1,4 +1,4 @@
-//! The plate that the probe meets, where it is uneven.
+//! The plate that the probe meets, if it is uneven.
 //!
 //! ```text
 //!           ___---‾‾‾---___          the bow: highest in the middle of the travel, none at its edge
@@ -12,11 +12,11 @@ const PARTS: i64 = 1 << 20;
 /// How a plate differs from a flat one, in steps of the three carriages.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Plate {
-    /// How far the plate rises per step of X and per step of Y, in 2⁻²⁰ steps of Z.
+    /// The height by which the plate rises per step of X and per step of Y, in 2⁻²⁰ steps of Z.
     tilt: [i64; 2],
-    /// How far the middle stands above the edges, in steps of Z.
+    /// The height by which the middle stands above the edges, in steps of Z.
     bow: i64,
-    /// Steps of X and Y from one edge to the other; 0 where there is no bow.
+    /// Steps of X and Y from one edge to the other; 0 if there is no bow.
     span: [i64; 2],
 }
 

@@ -5,7 +5,7 @@
 //!   unit of its last place.
 //! * Status reports are compared one by one, with the same tolerance. In a conversation that is
 //!   marked `timing`, the contents of a report depend on its instant. There only the states are
-//!   compared, exchange by exchange, where the recorded exchange shows a state.
+//!   compared, exchange by exchange, if the recorded exchange shows a state.
 
 use super::case::{Case, Exchange};
 use std::fmt;
@@ -41,7 +41,7 @@ impl fmt::Display for Disagreement {
 /// A line with the exchange that it came in.
 type Line<'a> = (usize, &'a str);
 
-/// Compares a machine's answers, `answered`, with the `recorded` ones; `None` where they agree.
+/// Compares a machine's answers, `answered`, with the `recorded` ones; `None` if they agree.
 pub fn judge(recorded: &Case, answered: &Case) -> Option<Disagreement> {
     let [expected, found] = [recorded, answered].map(|case| lines(&case.exchanges));
     let timing = recorded
@@ -121,7 +121,7 @@ fn reports(exchange: &Exchange) -> Vec<&str> {
     all.filter(|line| is_report(line)).collect()
 }
 
-/// Whether two reports, the recorded one first, show the same state. A recorded `Hold:1` or
+/// Returns true if two reports, the recorded one first, show the same state. A recorded `Hold:1` or
 /// `Door:2` agrees with any `Hold` or `Door`, because the machines go on to the next state after
 /// different times. A recorded `Run` or `Jog` at speed 0 begins or ends at this instant, so it
 /// agrees with `Idle` too.
@@ -142,7 +142,7 @@ fn shows(one: &str, other: &str) -> bool {
     }
 }
 
-/// Whether two lines are the same. Numbers of positions may differ by one unit of their last place.
+/// True if two lines are the same. Numbers of positions may differ by one unit of their last place.
 fn is_same(one: &str, other: &str) -> bool {
     one == other || tells_positions(one) && same_but_for_last_places(one, other)
 }
@@ -178,7 +178,7 @@ fn pieces(line: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Whether two numbers with the same count of decimals, 3 or 4, differ by at most one unit of the
+/// True if two numbers with the same count of decimals, 3 or 4, differ by at most one unit of the
 /// last one.
 fn is_near(one: &str, other: &str) -> bool {
     let decimals = |text: &str| {

@@ -17,11 +17,11 @@ const MOVES: usize = 15;
 
 /// The longest time from power-up until the machine listens.
 const BOOT: Duration = Duration::from_millis(30);
-/// How long `cmd` waits at most.
+/// The time that `cmd` waits at most.
 const COMMAND: Duration = Duration::from_secs(20);
-/// How long `resp` waits at most.
+/// The time that `resp` waits at most.
 const ANSWERS: Duration = Duration::from_secs(60);
-/// How long `idle` waits at most.
+/// The time that `idle` waits at most.
 const IDLE: Duration = Duration::from_secs(120);
 /// How long no motor steps before a machine counts as idle.
 const STILL: Duration = Duration::from_millis(25);
@@ -179,7 +179,7 @@ impl<'m, const N: usize> Session<'m, N> {
         {}
     }
 
-    /// Whether the machine has nothing to do. `began` is when the wait for it began.
+    /// Returns true if the machine has nothing to do. `began` is when the wait for it began.
     fn is_idle_since(&self, began: Cycle) -> bool {
         let still = |since: Cycle| self.sim.now() >= since + cycles(STILL);
         let ready = match self.sim.machine().state() {

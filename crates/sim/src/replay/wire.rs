@@ -32,7 +32,7 @@ impl Wire {
         self.waiting.extend(bytes);
     }
 
-    /// Whether all queued bytes have been sent.
+    /// Returns true if all queued bytes have been sent.
     pub(super) fn is_sent(&self) -> bool {
         self.waiting.is_empty()
     }
@@ -74,7 +74,7 @@ impl Host for Wire {
     }
 }
 
-/// Whether a received line answers a sent line. The output of a startup line, `>G21:ok`, does not.
+/// True if a received line answers a sent line. The output of a startup line, `>G21:ok`, does not.
 fn is_answer(line: &str) -> bool {
     line == "ok" || line.starts_with("error:")
 }

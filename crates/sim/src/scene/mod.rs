@@ -25,7 +25,7 @@ pub enum Way {
 /// A move as pages and pictures get it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Drawn {
-    /// Where the move ends: X, Y, Z in mm.
+    /// The end of the move: X, Y, Z in mm.
     pub to: [f32; 3],
     /// The line that asked for the move; 0 for none.
     pub line: u32,
@@ -33,7 +33,7 @@ pub struct Drawn {
     pub way: Way,
     /// Programmed power, as a share of full power.
     pub power: f32,
-    /// Diameter of the tool, mm; 0 where it is not known.
+    /// Diameter of the tool, mm; 0 if it is not known.
     pub tool_mm: f32,
 }
 

@@ -39,7 +39,7 @@ pub struct ToolSizes {
 }
 
 impl ToolSizes {
-    /// Takes a line of the program. Returns the diameter of the tool in use after it, mm; 0 where
+    /// Takes a line of the program. Returns the diameter of the tool in use after it, mm; 0 if
     /// it is not known.
     pub fn read(&mut self, line: &[u8]) -> f32 {
         let has_words = line

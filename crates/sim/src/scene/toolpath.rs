@@ -86,11 +86,11 @@ impl Tooling {
 /// Collects the moves of a job.
 #[derive(Clone, Debug)]
 pub struct Toolpath {
-    /// All moves; `None` where only distances are wanted.
+    /// All moves; `None` if only distances are wanted.
     moves: Option<Vec<Drawn>>,
     /// The line that asks for the following motion, counted from 1; 0 for none.
     pub line: u32,
-    /// Diameter of the tool in use, mm; 0 where it is not known.
+    /// Diameter of the tool in use, mm; 0 if it is not known.
     pub tool_mm: f32,
     at: [f64; 3],
     start: [f64; 3],
@@ -116,12 +116,12 @@ impl Toolpath {
         }
     }
 
-    /// Whether strokes are kept.
+    /// Returns true if strokes are kept.
     pub fn is_drawn(&self) -> bool {
         self.moves.is_some()
     }
 
-    /// The lowest and the highest X, Y and Z of all cuts, mm; `None` where there was none.
+    /// The lowest and the highest X, Y and Z of all cuts, mm; `None` if there was none.
     pub fn cut_bounds(&self) -> Option<[[f64; 3]; 2]> {
         self.cut
     }
@@ -263,7 +263,7 @@ impl Toolpath {
         })
     }
 
-    /// The heights of cuts at constant Z, mm, the highest first; empty where there are more than
+    /// The heights of cuts at constant Z, mm, the highest first; empty if there are more than
     /// `most`.
     pub fn passes(&self, most: usize) -> Vec<f32> {
         let mut passes: Vec<f32> = Vec::new();
@@ -283,7 +283,7 @@ impl Toolpath {
         passes
     }
 
-    /// Where the path starts and ends: X and Y in mm.
+    /// Start and end of the path: X and Y in mm.
     pub fn ends(&self) -> [[f32; 2]; 2] {
         [flat(self.start), flat(self.at)]
     }
@@ -314,7 +314,7 @@ pub struct Hole {
     pub at: [f32; 2],
     /// The lowest Z of the tool, mm.
     pub bottom: f32,
-    /// Diameter of the tool, mm; 0 where it is not known.
+    /// Diameter of the tool, mm; 0 if it is not known.
     pub tool_mm: f32,
 }
 
@@ -327,12 +327,12 @@ fn add(holes: &mut Vec<Hole>, new: Option<Hole>) {
     }
 }
 
-/// Whether a move keeps its X and Y.
+/// Returns true if a move keeps its X and Y.
 fn is_vertical(pair: &[Drawn]) -> bool {
     pair[0].to[..2] == pair[1].to[..2]
 }
 
-/// Whether a move goes straight up, so that it cuts nothing.
+/// Returns true if a move goes straight up, so that it cuts nothing.
 fn is_upward(pair: &[Drawn]) -> bool {
     is_vertical(pair) && pair[1].to[2] >= pair[0].to[2]
 }

@@ -2,7 +2,7 @@
 
 use leadscrew_machine::explain::Ahead;
 
-/// The limit of a move's speed where it neither speeds up nor slows down.
+/// The limit of a move's speed if it neither speeds up nor slows down.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum SpeedLimit {
     /// The program's `F`.
@@ -48,7 +48,7 @@ pub enum Limit {
 }
 
 impl Slow {
-    /// The reason to slow down; `curve` where the curvature of the path limits the speed. The limit
+    /// The reason to slow down; `curve` if the curvature of the path limits the speed. The limit
     /// of a slower move is filled in later, once that move has come.
     pub(super) fn new(ahead: Ahead, curve: SpeedLimit) -> Self {
         match ahead {
@@ -62,7 +62,7 @@ impl Slow {
     }
 }
 
-/// The letter of an axis in `letters`; `?` where there is none.
+/// The letter of an axis in `letters`; `?` if there is none.
 fn letter(axis: usize, letters: &[char]) -> char {
     letters.get(axis).copied().unwrap_or('?')
 }
@@ -161,7 +161,7 @@ pub struct Machine {
     pub acceleration: Vec<f64>,
     /// Highest rate of steps that the board makes, steps/s.
     pub step_rate: f64,
-    /// Whether motors 0 and 1 turn X and Y together, by crossed belts.
+    /// True if motors 0 and 1 turn X and Y together, by crossed belts.
     pub crossed: bool,
 }
 
@@ -172,11 +172,11 @@ pub(super) struct Limits {
     pub(super) steps: Vec<u32>,
     /// Length of the path, mm.
     pub(super) length: f64,
-    /// The speed where the move neither speeds up nor slows down, mm/s.
+    /// The speed if the move neither speeds up nor slows down, mm/s.
     pub(super) nominal: f64,
     /// The limit that sets `nominal`.
     pub(super) speed_limit: SpeedLimit,
-    /// Whether it is a chord of an arc.
+    /// True if it is a chord of an arc.
     pub(super) is_arc: bool,
     /// The axis whose acceleration binds on ramps.
     pub(super) axis: usize,

@@ -1,4 +1,4 @@
-//! Where the time of a job goes: its speed piece by piece, and which limit binds in each piece.
+//! How the time of a job is spent: its speed piece by piece, and which limit binds in each piece.
 //!
 //! ```text
 //!  speed       feed            corner      rate of X             stop
@@ -59,7 +59,7 @@ pub struct Stretch {
     pub begin: Cycle,
     /// When it ends: where the next one begins.
     pub end: Cycle,
-    /// The line of the file that asked for the move, from 1; 0 at rest and where the machine moves
+    /// The line of the file that asked for the move, from 1; 0 at rest and if the machine moves
     /// by itself.
     pub line: u64,
     /// The course of the speed.
@@ -80,7 +80,7 @@ impl Stretch {
         self.end - self.begin
     }
 
-    /// Acceleration along the path, mm/s², negative where the speed falls: `(v1² − v0²) / 2s`.
+    /// Acceleration along the path, mm/s², negative if the speed falls: `(v1² − v0²) / 2s`.
     pub fn acceleration(&self) -> f64 {
         let [from, to] = self.speed;
         if self.length > 0.0 && self.phase != Phase::Cruise {

@@ -24,12 +24,12 @@ pub struct Recorder {
     /// The planner's state at the end of each segment; `None` for a segment that was made together
     /// with later ones.
     made: VecDeque<Option<Committed>>,
-    /// The move under way; `None` where the machine moves by itself.
+    /// The move under way; `None` if the machine moves by itself.
     running: Option<(u32, Limits)>,
     /// The path of one step of the dominant motor in this move, mm.
     mm_per_event: f64,
     stretches: Vec<Raw>,
-    /// The times of stretches that are not kept; `None` where all are.
+    /// The times of stretches that are not kept; `None` if all are.
     sums: Option<Sums>,
     /// A piece whose end is not known yet.
     begun: Option<Begun>,
@@ -55,11 +55,11 @@ struct Raw {
     stretch: Stretch,
     /// [`PlannedMove::line`].
     line: u32,
-    /// The limit of the move's speed where it neither speeds up nor slows down.
+    /// The limit of the move's speed if it neither speeds up nor slows down.
     speed_limit: Option<SpeedLimit>,
     /// Mean power and mean speed of its last piece.
     mean: [f64; 2],
-    /// Whether it begins a move, at the speed of `speed_limit`.
+    /// True if it begins a move, at the speed of `speed_limit`.
     begins_nominal: bool,
 }
 
@@ -85,7 +85,7 @@ impl Sums {
 }
 
 impl Raw {
-    /// Whether `piece`, which begins a move of `line`, cruises on at this stretch's speed.
+    /// Returns true if `piece`, which begins a move of `line`, cruises on at this stretch's speed.
     fn is_continued_by(&self, line: u32, piece: &Stretch) -> bool {
         let even = self.stretch.phase == Phase::Cruise && piece.phase == Phase::Cruise;
         even && self.line == line
@@ -129,7 +129,7 @@ impl Recorder {
         }
     }
 
-    /// How long each limit binds in the job from `begin` to `end`, longest first.
+    /// The time that each limit binds in the job from `begin` to `end`, longest first.
     pub fn shares(mut self, begin: Cycle, end: Cycle) -> Vec<Share> {
         let Sums { first, cycles } = self.sums.take().unwrap_or_default();
         self.stretches.splice(0..0, first);

@@ -185,7 +185,7 @@ pub(crate) fn received() -> Option<u8> {
     (!is_empty).then(|| Register(UART_0).read() as u8)
 }
 
-/// Whether the UART takes a byte to send.
+/// Returns true if the UART takes a byte to send.
 pub(crate) fn has_room() -> bool {
     FLAGS.read() & 1 << 5 == 0
 }

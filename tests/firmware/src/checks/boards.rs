@@ -41,7 +41,7 @@ const DUAL_Y_POWER: (u64, u64) = (100_000, 1_680);
 /// The two motors of Y on boards with a fourth motor.
 const SECOND_Y: (usize, usize) = (1, 3);
 
-/// Makes a fourth motor, where there is one, move as Y does.
+/// Makes a fourth motor, if there is one, move as Y does.
 fn gang(planned: &mut [Planned], wiring: &Wiring) {
     let (first, second) = SECOND_Y;
     if wiring.step.len() > second {
@@ -90,7 +90,7 @@ fn ensure_traces(
 }
 
 /// Checks the power output: at half of the power it is high for half of the period, and at full
-/// power always, each within a level. The period may be off by less than a level; it is exact where
+/// power always, each within a level. The period may be off by less than a level; it is exact if
 /// the timer's clock is a multiple of the frequency. Spindle and supplies are on.
 fn ensure_outputs(build: &Build, (hz, levels): (u64, u64)) -> Result<(), Failure> {
     let mut bench = Bench::boot(build)?;

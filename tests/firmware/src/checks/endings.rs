@@ -12,7 +12,7 @@ use crate::{
 };
 use leadscrew_f407emu::{Cause, ResetCause};
 
-/// The longest time from the event to the last step edge and to laser off where a handler of the
+/// The longest time from the event to the last step edge and to laser off if a handler of the
 /// firmware stops them, µs.
 const HANDLED_US: f64 = 10.0;
 

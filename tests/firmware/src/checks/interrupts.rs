@@ -28,7 +28,7 @@ pub(super) struct Interrupts {
     pub(super) run_out: u64,
     /// Ends of pulses that no tick interrupted.
     pub(super) ends: Vec<u64>,
-    /// The most cycles that all these interrupts took from one tick to the next, where the next
+    /// The most cycles that all these interrupts took from one tick to the next, if the next
     /// tick came within [`FAST`].
     pub(super) busiest: u64,
 }
@@ -97,7 +97,7 @@ fn length(service: &Service) -> u64 {
     service.exit - service.entry
 }
 
-/// The median of some lengths, and the longest; 0 where there are none.
+/// The median of some lengths, and the longest; 0 if there are none.
 pub(super) fn middle_and_most(lengths: &[u64]) -> (u64, u64) {
     let mut lengths = lengths.to_vec();
     lengths.sort_unstable();

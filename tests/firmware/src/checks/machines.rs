@@ -200,7 +200,7 @@ fn boot_cold(build: &Build, sensors: [fn(f64) -> f64; 2]) -> Result<Bench, Failu
 const PART: &str =
     "G21G90\nM140S205\nM104S255\nM190S205\nM109S255\nG0X-1\nM62P0\nG1X-5Y3F900\nM63P0\n\
     G1Z0.5F180\nM62P0\nG1X0\nM63P0\nG0Y0\nM30\n";
-/// An output changes where one line ends and the next begins: at most 2 µs after the edge of the
+/// An output changes when one line ends and the next begins: at most 2 µs after the edge of the
 /// first line's last step.
 const WITH_ITS_STEP: u64 = 336;
 /// The steps before the line that feeds: 1 mm of X is 312.5 steps, rounded away from zero.
@@ -257,7 +257,7 @@ fn ensure_lines(bench: &mut Bench) -> Result<u64, Failure> {
     Ok(skew)
 }
 
-/// Machine 001 heats, feeds from step to step, and is safe where a sensor breaks or the main loop
+/// Machine 001 heats, feeds from step to step, and is safe when a sensor breaks or the main loop
 /// hangs.
 fn prototyper(build: &Build) -> Result<String, Failure> {
     let mut bench = boot_prototyper(build)?;

@@ -20,7 +20,7 @@ const AHEAD: usize = 6_000;
 /// board reaches its highest step rate, and must only not be late or lose bytes.
 const STEPS: [(u32, f64); 2] = [(8, RATE), (20, 0.0)];
 
-/// Where these rates are stated.
+/// The rows that state these rates.
 const README: Row = Row {
     file: "README.md",
     last: "`cargo fw-test raster`",

@@ -89,7 +89,7 @@ fn report_after(bench: &mut Bench, arrived: u64) -> Result<f64, Failure> {
     Ok(micros_between(arrived, bench.machine.cycle()))
 }
 
-/// The time from the arrival of 0x18 on a full line to the last step edge, µs; negative where the
+/// The time from the arrival of 0x18 on a full line to the last step edge, µs; negative if the
 /// edge came before.
 fn until_stop(bench: &mut Bench, before: usize) -> Result<f64, Failure> {
     let arrived = send_and_arrive_among(bench, 0x18, before, BEHIND)?;

@@ -335,7 +335,7 @@ fn bring(bench: &mut Bench, record: &[u8]) -> Result<(), Failure> {
         .try_for_each(|line| bench.command(line).map(drop))
 }
 
-/// The first value of `$100` after a power loss at this cycle; `None` where the machine is locked.
+/// The first value of `$100` after a power loss at this cycle; `None` if the machine is locked.
 fn steps_after_loss(bench: &mut Bench, cycle: u64) -> Result<Option<String>, Failure> {
     bench.machine.reset_at(cycle, ResetCause::PowerOn);
     bench.run_to(cycle + 100)?;

@@ -99,7 +99,7 @@ pub(crate) fn pins(firmware: &Firmware) -> Result<Figures, Failure> {
     Ok(figures)
 }
 
-/// Where SRAM begins.
+/// The first address of SRAM.
 const SRAM: u64 = 0x2000_0000;
 /// The machine's message about a crystal that does not start.
 const NO_CRYSTAL: &str = "[MSG:the crystal does not start: times are exact to 1 %, no USB]";

@@ -14,7 +14,7 @@ use std::{num::NonZeroU32, ops::Range};
 
 /// Time between two status queries, s.
 const POLL_SECONDS: f64 = 0.1;
-/// How far the time of a job may be off where the line may be slower than motion: 1 %.
+/// The most by which the time of a job may be off if the line may be slower than motion: 1 %.
 const TOLERANCE: f64 = 0.01;
 /// Motion begins when no line has come for 0.5 s, or the queue is full. From then on a fast line
 /// keeps the queue full.

@@ -21,7 +21,7 @@ use std::{fs, path::Path, process::Command};
 struct Owner {
     number: &'static str,
     boot: fn(&Build) -> Result<Bench, Failure>,
-    /// The carriages that home; none where the machine does not home.
+    /// The carriages that home; none if the machine does not home.
     carriages: &'static [Carriage],
     /// Lines before the job.
     settings: &'static str,

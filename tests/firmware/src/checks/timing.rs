@@ -13,7 +13,7 @@ use crate::{
 };
 use leadscrew_f407emu::Exception;
 
-/// How far a step edge may be off the timer's schedule, cycles.
+/// The most by which a step edge may be off the timer's schedule, cycles.
 const JITTER: u32 = 40;
 /// How much longer a pulse may be than its setting, µs.
 const PROLONGED_US: f64 = 1.0;

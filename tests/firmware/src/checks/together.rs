@@ -12,7 +12,7 @@ use crate::{
 use leadscrew_f407emu::{Exception, Pin};
 use std::fmt::Write;
 
-/// How far step edges may be off the schedule, cycles: 0.25 µs.
+/// The most by which step edges may be off the schedule, cycles: 0.25 µs.
 const JITTER: u32 = 42;
 /// Three motors at 250 steps/mm, up to 100 000 steps/s.
 const RATE: f64 = 100_000.0;

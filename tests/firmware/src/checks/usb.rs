@@ -16,9 +16,9 @@ use leadscrew_sim::Rate;
 
 /// The time between two status queries, s.
 const POLL_SECONDS: f64 = 0.1;
-/// How far the time of a job may be off, as a share.
+/// The most by which the time of a job may be off, as a share.
 const TOLERANCE: f64 = 0.01;
-/// How far step edges may be off the schedule, cycles.
+/// The most by which step edges may be off the schedule, cycles.
 const JITTER: u32 = 40;
 /// The longest time from the sending of 0x18 to the last step edge, µs: 1000, and the packets in
 /// front of it.

@@ -34,7 +34,7 @@ const JOB: &str = "G91\nG1X0.4Y-0.2Z0.1F300\nG2X0.2Y0.2I0.2J0F400\nG1X-0.3Y0.1\n
 const ANSWER_TURNS: usize = 20_000;
 /// The most turns that a job may take.
 const JOB_TURNS: usize = 400_000;
-/// Time passes in pieces of this length where nothing else happens, µs.
+/// Time passes in pieces of this length when nothing else happens, µs.
 const PIECE_US: u32 = 1_000;
 
 /// Runs the check on a board behind a bootloader. Returns the sentence for the report.

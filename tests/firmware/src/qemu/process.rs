@@ -18,7 +18,7 @@ const VARIABLE: &str = "LEADSCREW_QEMU";
 const LEAST: u32 = 10;
 /// The longest time that QEMU may take to connect.
 const CONNECT: Duration = Duration::from_secs(20);
-/// How long the program may run before the stand-in stops it to see what it waits for.
+/// The time that the program may run before the stand-in stops it to see what it waits for.
 const SLICE: Duration = Duration::from_millis(50);
 /// The program counter's register number in the debugger's protocol.
 pub(super) const PC: u8 = 15;

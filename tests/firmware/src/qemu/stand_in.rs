@@ -6,7 +6,7 @@
 //! | SRAM1 at address 0 | vectors and step interrupts are in the bootloader's place, which QEMU has at 0 |
 //! | DMA of the serial line | bytes are carried between its memory and QEMU's USART |
 //! | TIM2's compare | the counter is set to the instant, and the interrupt pended |
-//! | TIM7 | its interrupt is pended where a byte has come |
+//! | TIM7 | its interrupt is pended when a byte has come |
 //! | TIM5 | its counter is set; its compare wakes nobody |
 //! | TIM11 | a pulse has no end |
 //! | pins | outputs are read off QEMU's log, inputs are high |
@@ -93,7 +93,7 @@ pub(super) struct StandIn {
     wiring: &'static Wiring,
     /// The words last written to DMA2, by offset.
     dma: HashMap<u32, u32>,
-    /// Whether bytes have been sent whose end must still be signalled.
+    /// True if bytes have been sent whose end must still be signalled.
     sent: bool,
     /// The number of bytes on their way to the board.
     coming: usize,
@@ -103,7 +103,7 @@ pub(super) struct StandIn {
     due: u64,
     /// The time of TIM5, µs.
     micros: u32,
-    /// Whether ticks are enabled.
+    /// True if ticks are enabled.
     ticks: bool,
     negative: u8,
     steps: Vec<Step>,
@@ -384,7 +384,7 @@ fn mask(pins: &[Pin], port: char, word: u32) -> u8 {
     })
 }
 
-/// Whether an instruction with this first half-word has two half-words (DDI 0403, A5.1).
+/// Returns true if an instruction with this first half-word has two half-words (DDI 0403, A5.1).
 fn is_long(half: u16) -> bool {
     matches!(half >> 11, 0b11101..=0b11111)
 }

@@ -15,7 +15,7 @@ const HALF: f64 = 0.5;
 /// Values of S, of 1000, each with the high counts that it asks for: PERIOD · S / 1000. The shares
 /// are exact as binary numbers, because the firmware cuts off fractions of a count.
 const VALUES: [(u32, f64); 4] = [(125, 1050.0), (250, 2100.0), (500, 4200.0), (875, 7350.0)];
-/// How long each value lasts, s: some hundred periods.
+/// The time that each value lasts, s: some hundred periods.
 const SECONDS: f64 = 0.02;
 
 /// One move with ramps, at 5000 steps/s and at most half of full power.

@@ -11,7 +11,7 @@ use crate::{
 /// How far edges may be off the schedule, µs: 40 cycles, as `cargo fw-test jitter` allows, and a
 /// count of the capture.
 const JITTER_US: f64 = 0.25;
-/// The most by which a pulse is longer if its end has to wait for a tick, µs. It is longest where
+/// The most by which a pulse is longer if its end has to wait for a tick, µs. It is longest when
 /// the tick begins a line (`crates/board-f407/src/step_port.rs`).
 const PROLONGED_US: f64 = 3.2;
 /// How long before and after a step a driver needs the direction to be stable, µs (TI DRV8825,

@@ -77,7 +77,7 @@ macro_rules! write {
 }
 
 impl Port<'_> {
-    /// Whether the tick is due, by the timer's flag. The end of a pulse comes as an interrupt of
+    /// True if the tick is due, by the timer's flag. The end of a pulse comes as an interrupt of
     /// its own.
     #[inline]
     fn acknowledge(&mut self) -> bool {

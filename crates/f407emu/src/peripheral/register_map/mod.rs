@@ -24,7 +24,7 @@ pub(crate) struct Register {
     pub(crate) write: u32,
     /// Reserved bits that read as ones, and have to be written as ones.
     pub(crate) ones: u32,
-    /// Whether writes to reserved bits are ignored: the third-party USB driver makes such writes.
+    /// True if writes to reserved bits are ignored: the third-party USB driver makes such writes.
     passes: bool,
 }
 
@@ -39,7 +39,7 @@ impl Register {
         value & self.read | self.ones
     }
 
-    /// Whether a program that writes `value` leaves the reserved bits in `lanes` alone.
+    /// Returns true if a program that writes `value` leaves the reserved bits in `lanes` alone.
     pub(crate) fn allows(&self, value: u32, lanes: u32) -> bool {
         self.passes || (value ^ self.ones) & self.reserved() & lanes == 0
     }
@@ -90,7 +90,7 @@ const fn passing(register: Register) -> Register {
 /// A modelled peripheral: its first address and its registers, in the order of their offsets.
 type Peripheral = (u32, &'static [Register]);
 
-/// The register at a word's address; `None` where a modelled peripheral has no register.
+/// The register at a word's address; `None` if a modelled peripheral has no register.
 pub(crate) fn find(address: u32) -> Option<&'static Register> {
     let (base, registers) = peripheral(address)?;
     let offset = address - base;
@@ -100,7 +100,7 @@ pub(crate) fn find(address: u32) -> Option<&'static Register> {
     registers.get(place)
 }
 
-/// Whether the peripheral at an address is modelled.
+/// Returns true if the peripheral at an address is modelled.
 pub(crate) fn is_modelled(address: u32) -> bool {
     peripheral(address).is_some()
 }

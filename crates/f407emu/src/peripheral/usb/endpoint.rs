@@ -75,7 +75,7 @@ impl Registers {
         }
     }
 
-    /// Whether the program has enabled a transfer.
+    /// Returns true if the program has enabled a transfer.
     pub(super) fn is_enabled(&self) -> bool {
         self.control & EPENA != 0
     }

@@ -129,15 +129,15 @@ enum Stage {
 #[derive(Clone, Debug)]
 pub(crate) struct Host {
     plugged: bool,
-    /// Whether the program reads the received bytes.
+    /// True if the program reads the received bytes.
     pub(crate) reads: bool,
     stage: Stage,
     next: u64,
     hclk: u64,
     address: u8,
-    /// Whether the next transaction is OUT, if there are bytes to send.
+    /// True if the next transaction is OUT, if there are bytes to send.
     sends_next: bool,
-    /// Whether the last transaction was refused.
+    /// True if the last transaction was refused.
     refused: bool,
     /// The bytes that the program has still to send, and the bytes that were received for it.
     pub(crate) to_send: VecDeque<u8>,
@@ -182,7 +182,7 @@ impl Host {
         }
     }
 
-    /// Whether the program can send and receive.
+    /// Returns true if the program can send and receive.
     pub(crate) fn is_talking(&self) -> bool {
         matches!(self.stage, Stage::Talking { .. })
     }
@@ -385,7 +385,7 @@ fn check(request: &Request, number: usize, answer: &[u8]) -> Fault {
     }
 }
 
-/// The numbers of the bulk endpoints of a configuration, IN and OUT; 0 where there is none (USB 2.0
+/// The numbers of the bulk endpoints of a configuration, IN and OUT; 0 if there is none (USB 2.0
 /// table 9-13).
 fn bulk_endpoints(configuration: &[u8]) -> (usize, usize) {
     let (mut input, mut output) = (0, 0);

@@ -125,7 +125,7 @@ impl Entry {
 pub(crate) struct Usb {
     /// Registers that keep the written value.
     written: HashMap<u32, u32>,
-    /// Whether the host has set the speed (DSTS).
+    /// True if the host has set the speed (DSTS).
     enumerated: bool,
     flags: u32,
     ins: [In; ENDPOINTS],
@@ -133,11 +133,11 @@ pub(crate) struct Usb {
     receive: VecDeque<Entry>,
     /// The data of the receive FIFO's entry that was read last.
     data: VecDeque<u8>,
-    /// Whether the host is in the SETUP stage of a control transfer.
+    /// True if the host is in the SETUP stage of a control transfer.
     in_setup: bool,
-    /// Whether D- and D+ are connected to their pins.
+    /// True if D- and D+ are connected to their pins.
     pub(crate) connected: bool,
-    /// Whether the program has used a FIFO in a wrong way since the last call of
+    /// True if the program has used a FIFO in a wrong way since the last call of
     /// [`Usb::take_misuse`].
     misuse: bool,
     pub(crate) host: Host,
@@ -173,12 +173,12 @@ impl Usb {
         };
     }
 
-    /// Whether the controller requests its interrupt.
+    /// Returns true if the controller requests its interrupt.
     pub(crate) fn interrupt(&self) -> bool {
         self.plain(0x08) & GINT != 0 && self.status() & self.plain(0x18) != 0
     }
 
-    /// Whether the transceiver is on.
+    /// Returns true if the transceiver is on.
     pub(crate) fn is_on(&self) -> bool {
         self.plain(0x38) & PWRDWN != 0
     }
@@ -330,7 +330,7 @@ impl Usb {
         })
     }
 
-    /// Whether the program has used a FIFO in a wrong way since the last call.
+    /// Returns true if the program has used a FIFO in a wrong way since the last call.
     pub(crate) fn take_misuse(&mut self) -> bool {
         core::mem::take(&mut self.misuse)
     }
@@ -351,7 +351,7 @@ impl Usb {
         start..start + (register >> 16) as usize
     }
 
-    /// Whether an endpoint's data fit into its transmit FIFO, and whether that FIFO is within the
+    /// True if an endpoint's data fit into its transmit FIFO, and whether that FIFO is within the
     /// memory, behind the receive FIFO, and apart from the FIFOs of other active endpoints (section
     /// 34.13.1).
     fn has_good_fifo(&self, index: usize) -> bool {
@@ -370,7 +370,7 @@ impl Usb {
             && (0..ENDPOINTS).all(is_apart)
     }
 
-    /// Whether the receive FIFO has room for a packet of data of this number of bytes.
+    /// Returns true if the receive FIFO has room for a packet of data of this number of bytes.
     fn has_room(&self, bytes: usize) -> bool {
         let is_data =
             |entry: &&Entry| !matches!(entry.status >> 17 & 0xF, SETUP_DATA | SETUP_COMPLETE);
@@ -457,7 +457,7 @@ impl Usb {
     }
 }
 
-/// Whether everything that a value asks of the register at `offset` is modelled.
+/// Returns true if everything that a value asks of the register at `offset` is modelled.
 pub(crate) fn is_modelled(offset: u32, value: u32) -> bool {
     const WKUPINT: u32 = 1 << 31;
     const INTERRUPTS: u32 = RXFLVL | USBSUSP | USBRST | ENUMDNE | IEPINT | WKUPINT;

@@ -57,7 +57,7 @@ pub(crate) enum Wait<const AXES: usize> {
     Own(OwnWait),
     /// The end of storing the line's change.
     Stored {
-        /// Whether the machine starts anew after the answer (`$RST=`).
+        /// True if the machine starts anew after the answer (`$RST=`).
         then_restart: bool,
     },
 }
@@ -96,7 +96,7 @@ pub(crate) enum Progress {
 /// The line under way, if there is one.
 #[derive(Clone, Debug)]
 pub(crate) struct Executor<const AXES: usize> {
-    /// Where the line came from; `None` while none is under way.
+    /// The line's origin; `None` while none is under way.
     origin: Option<Origin>,
     kind: LineKind,
     commands: Commands<AXES>,
@@ -104,7 +104,7 @@ pub(crate) struct Executor<const AXES: usize> {
     /// The rest of the cycle whose stroke is the next command.
     cycle: Option<Strokes<AXES>>,
     wait: Wait<AXES>,
-    /// Whether further words of the line follow its commands.
+    /// True if further words of the line follow its commands.
     has_rest: bool,
 }
 
@@ -143,7 +143,7 @@ impl<const AXES: usize> Executor<AXES> {
         self.wait = Wait::Nothing;
     }
 
-    /// Whether the line under way goes on after its commands: they are those of an M code that
+    /// True if the line under way goes on after its commands: they are those of an M code that
     /// comes first, and the other words are read once it is done.
     pub(crate) fn has_rest(&self) -> bool {
         self.has_rest
@@ -161,7 +161,7 @@ impl<const AXES: usize> Executor<AXES> {
         self.wait = Wait::Stored { then_restart };
     }
 
-    /// Whether a line is under way.
+    /// Returns true if a line is under way.
     pub(crate) fn is_busy(&self) -> bool {
         self.origin.is_some()
     }
@@ -172,32 +172,32 @@ impl<const AXES: usize> Executor<AXES> {
         self.origin.take()
     }
 
-    /// Whether the line under way jogs.
+    /// Returns true if the line under way jogs.
     pub(crate) fn is_jogging(&self) -> bool {
         self.is_busy() && self.kind == LineKind::Jog
     }
 
-    /// Whether the line under way runs its own motions: the machine shows `Run` between them.
+    /// True if the line under way runs its own motions: the machine shows `Run` between them.
     pub(crate) fn is_running(&self) -> bool {
         matches!(self.wait, Wait::Probe(_) | Wait::Own(_))
     }
 
-    /// Whether the line under way waits for the operator (M0).
+    /// Returns true if the line under way waits for the operator (M0).
     pub(crate) fn is_paused(&self) -> bool {
         matches!(self.wait, Wait::Pause)
     }
 
-    /// Whether the line under way dwells.
+    /// Returns true if the line under way dwells.
     pub(crate) fn is_dwelling(&self) -> bool {
         matches!(self.wait, Wait::Dwell(_))
     }
 
-    /// Whether the line under way waits for the store.
+    /// Returns true if the line under way waits for the store.
     pub(crate) fn is_storing(&self) -> bool {
         matches!(self.wait, Wait::Stored { .. })
     }
 
-    /// Whether the machine starts anew after the line under way.
+    /// Returns true if the machine starts anew after the line under way.
     fn then_restart(&self) -> bool {
         matches!(self.wait, Wait::Stored { then_restart: true })
     }
@@ -257,7 +257,7 @@ impl<const AXES: usize> Executor<AXES> {
         self.wait = Wait::Own(wait);
     }
 
-    /// Whether the command under way has begun: then the extension's gate is not asked again.
+    /// True if the command under way has begun: then the extension's gate is not asked again.
     pub(crate) fn has_passed(&self) -> bool {
         !matches!(self.wait, Wait::Nothing | Wait::Own(OwnWait::Gate))
     }
@@ -267,7 +267,7 @@ impl<const AXES: usize> Executor<AXES> {
         self.wait = Wait::Nothing;
     }
 
-    /// Where the line under way came from.
+    /// The origin of the line under way.
     pub(crate) fn origin(&self) -> Option<Origin> {
         self.origin
     }
@@ -282,7 +282,7 @@ impl<const AXES: usize> Executor<AXES> {
         self.commands.get(self.next)
     }
 
-    /// Whether the next command needs room in the planner.
+    /// Returns true if the next command needs room in the planner.
     pub(crate) fn moves_next(&self) -> bool {
         if !matches!(self.wait, Wait::Nothing | Wait::Arc(_)) {
             return false;
@@ -307,7 +307,7 @@ impl<const AXES: usize> Executor<AXES> {
         }
     }
 
-    /// Whether further commands follow the current one.
+    /// Returns true if further commands follow the current one.
     fn has_more(&self) -> bool {
         let in_cycle = self.cycle.as_ref().is_some_and(|cycle| !cycle.is_over());
         in_cycle || self.next + 1 < self.commands.len()

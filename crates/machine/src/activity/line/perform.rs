@@ -65,7 +65,7 @@ where
         }
     }
 
-    /// Whether the line under way waits for [`Machine::save`]. A machine without a store waits for
+    /// True if the line under way waits for [`Machine::save`]. A machine without a store waits for
     /// nothing.
     fn is_storing(&self) -> bool {
         self.activity.line.is_storing() && self.has_unsaved()
@@ -98,7 +98,7 @@ where
         })
     }
 
-    /// Whether all motion has ended. Motion that waits for further lines begins at once.
+    /// Returns true if all motion has ended. Motion that waits for further lines begins at once.
     pub(crate) fn is_motion_over(&mut self) -> bool {
         self.motion.release();
         self.motion.is_idle()
@@ -222,7 +222,7 @@ where
     }
 
     /// The line number that reports show for a move: its `N` word, or else the count of the
-    /// program's lines where `$10` asks for line numbers.
+    /// program's lines if `$10` asks for line numbers.
     pub(super) fn line_of(&self, travel: &Travel<AXES>, kind: LineKind) -> Option<u32> {
         let counted = kind == LineKind::Program && self.reports(StatusReport::<AXES>::LINE);
         let count = Some(self.program.lines).filter(|_| counted);
@@ -343,7 +343,7 @@ where
         Progress::Done
     }
 
-    /// Whether a spindle command changes the output at rest. It does not for a laser under M4,
+    /// True if a spindle command changes the output at rest. It does not for a laser under M4,
     /// which is off at rest: each of its moves has its own power.
     fn changes_at_rest(&self, spindle: &Spindle) -> bool {
         let dynamic = Rotation::Counterclockwise;

@@ -3,7 +3,7 @@
 //! ```text
 //!   wrong state at the start: ALARM:4
 //!   Moving --contact latched by the switch interrupt--> Stopping --at rest--> [PRB:x,y,z:1]
-//!     +--end of the motion without contact--> [PRB:...:0], ALARM:5 where contact was a must
+//!     +--end of the motion without contact--> [PRB:...:0], ALARM:5 if contact was a must
 //! ```
 //!
 //! During a hold, or while the door is open, contact is latched but does not end the probing.

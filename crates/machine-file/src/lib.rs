@@ -13,6 +13,7 @@
 //!
 //! `examples/machines/` holds machine files with every key explained. `leadscrew schema machine`
 //! prints their JSON schema.
+#![forbid(unsafe_code)]
 
 mod arrays;
 mod contradiction;
@@ -27,10 +28,11 @@ mod value;
 
 pub use error::{ProfileError, Wrong};
 pub use fit::NotInRecord;
-pub use heat::{Fan, HeaterTable, Heaters, SensorTable};
+pub use heat::{Body, Fan, HeaterTable, Heaters, SensorTable};
 pub use named::{
     Bounds, DeadMan, Homing, Laser, Motors, Path as PathSettings, Reports, Spindle, Streaming,
 };
+pub use plan::Room;
 pub use tools::{ShownAs, ToolChangeTable, ToolSwitchesTable};
 pub use value::{
     AxisLetter, AxisLetters, BufferSize, Celsius, LookAhead, OutputCount, PerSecond, Place,
@@ -56,9 +58,9 @@ pub struct Profile {
     /// The board: one that comes with the firmware, or a board's file beside this one. The
     /// simulator needs none.
     pub board: Option<String>,
-    /// Bytes of unanswered lines that a sender may have sent; 1024 where it is left out.
+    /// Bytes of unanswered lines that a sender may have sent; 1024 if it is left out.
     pub receive_buffer: Option<BufferSize>,
-    /// Moves planned ahead; 1024 where it is left out.
+    /// Moves planned ahead; 1024 if it is left out.
     pub look_ahead: Option<LookAhead>,
     /// The belts of X and Y.
     pub kinematics: Belts,
@@ -149,7 +151,7 @@ pub struct Axes {
     pub y: Axis,
     /// Z.
     pub z: Axis,
-    /// A fourth axis, where there is one.
+    /// A fourth axis, if there is one.
     pub a: Option<Axis>,
     /// A fifth axis, beside A.
     pub b: Option<Axis>,
@@ -178,21 +180,21 @@ pub struct Axis {
     /// How quickly it changes speed, mm/s²: the first value of `$120`, `$121`, …
     #[schemars(with = "Option<f64>")]
     pub acceleration_mm_s2: Option<Spanned<Positive>>,
-    /// Whether its motor turns the other way; it sets the motor's bit in `$3`.
+    /// True if its motor turns the other way; it sets the motor's bit in `$3`.
     pub reversed: bool,
-    /// Whether its step pulses are inverted; it sets the motor's bit in `$2`.
+    /// True if its step pulses are inverted; it sets the motor's bit in `$2`.
     pub step_inverted: bool,
     /// The end at which it has its home; its bit in `$23` is set for `low`.
     pub home: End,
-    /// Where the carriage stands at power-up, mm.
+    /// The carriage's place at power-up, mm.
     pub start: Place,
-    /// Where its limit switches are.
+    /// The places of its limit switches.
     pub limits: Limits,
-    /// Which motion its limit switches stop, where `bounds.hard` is on.
+    /// Which motion its limit switches stop, if `bounds.hard` is on.
     pub stops: Stops,
-    /// Whether it is a rotary axis: its unit is then degrees instead of millimetres.
+    /// True if it is a rotary axis: its unit is then degrees instead of millimetres.
     pub rotary: bool,
-    /// The board's socket of its motor and limit switch, where it is not the next one in the order
+    /// The board's socket of its motor and limit switch, if it is not the next one in the order
     /// x, y, z, spare, spare-2, spare-3.
     pub socket: Option<Socket>,
 }
@@ -221,9 +223,9 @@ pub enum Socket {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum End {
-    /// Where its coordinate is lowest.
+    /// The end with its lowest coordinate.
     Low,
-    /// Where its coordinate is highest.
+    /// The end with its highest coordinate.
     #[default]
     High,
     /// At its zero. The axis has no home switch: `$H` moves it to zero once the other axes are
@@ -262,19 +264,19 @@ pub struct Limits {
 pub struct SecondMotor {
     /// The axis that it helps to move. Both have the same scale.
     pub axis: GantryAxis,
-    /// Where its carriage stands at power-up, mm on the axis's scale. It differs from the start of
-    /// the axis where the gantry is skewed.
+    /// Its carriage's place at power-up, mm on the axis's scale. It differs from the start of
+    /// the axis if the gantry is skewed.
     pub start: Place,
-    /// Whether it turns the other way; it sets the motor's bit in `$3`.
+    /// True if it turns the other way; it sets the motor's bit in `$3`.
     #[serde(default)]
     pub reversed: bool,
-    /// Where its limit switches are.
+    /// The places of its limit switches.
     #[serde(default)]
     pub limits: Limits,
     /// How far its switch may be from the first motor's switch.
     #[serde(default)]
     pub squaring: Squaring,
-    /// Its socket; the next free one where it is left out, as for an axis.
+    /// Its socket; the next free one if it is left out, as for an axis.
     pub socket: Option<Socket>,
 }
 
@@ -334,13 +336,13 @@ pub struct Probe {
 #[derive(Clone, Copy, PartialEq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Switches {
-    /// Whether limit switches are normally closed, so that they open when they are worked (setting:
+    /// True if limit switches are normally closed, so that they open when they are worked (setting:
     /// `$5=1`).
     pub normally_closed: bool,
     /// How often per second a wrong level is seen on the limit inputs, for example from a cable
     /// beside the spindle's.
     pub glitches: PerSecond,
-    /// How long a wrong level lasts, microseconds; 5 where it is left out.
+    /// How long a wrong level lasts, microseconds; 5 if it is left out.
     pub glitch_us: Option<u16>,
     /// How long a limit switch or the probe bounces at each edge, microseconds.
     pub bounce_us: u16,
@@ -359,9 +361,9 @@ pub struct Switches {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Door {
-    /// Whether there is a safety door.
+    /// True if there is a safety door.
     pub fitted: bool,
-    /// Whether it is open at power-up.
+    /// True if it is open at power-up.
     pub open: bool,
 }
 
@@ -421,6 +423,11 @@ impl Profile {
         }
     }
 }
+
+/// The example of the package's README, run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
 
 #[cfg(test)]
 mod tests {

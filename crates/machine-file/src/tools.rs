@@ -8,7 +8,7 @@ use leadscrew_ztool::ZToolConfig;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// M6 and a tool table, where the file has this table.
+/// M6 and a tool table, if the file has this table.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ToolChangeTable {
@@ -24,7 +24,7 @@ pub struct ToolChangeTable {
 }
 
 /// A tool that M3 moves down until a switch closes, and M5 moves up until another one closes;
-/// fitted where the file has this table.
+/// fitted if the file has this table.
 #[derive(Clone, Copy, PartialEq, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ToolSwitchesTable {

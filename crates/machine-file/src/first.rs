@@ -2,7 +2,6 @@
 
 use super::named::Named;
 use super::{Axis, End, Positive, Profile, MOST_AXES};
-use crate::scene::Tooling;
 use leadscrew_gcode::Number;
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::protocol::status::Status;
@@ -23,13 +22,6 @@ impl Profile {
     /// take effect.
     pub fn first_settings(&self) -> Vec<Entry> {
         self.named_settings().iter().map(entry).collect()
-    }
-
-    /// The rule that tells which feed moves are cuts.
-    pub fn tooling(&self) -> Tooling {
-        Tooling {
-            extruder: self.heat_config().gates.extruder_axis,
-        }
     }
 
     /// The first setting that the machine refuses, and why.

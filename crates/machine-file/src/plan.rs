@@ -1,24 +1,18 @@
-//! Makes the parts of a simulation from a profile: the machine's build, its first settings, its
-//! switches.
+//! Makes the machine's build from its file.
 
 use super::{
-    Axes, Axis, AxisLetters, Belts, End, GantryAxis, Limits, OutputsTable, Positive, Profile,
-    SecondMotor, Stops, ToolSwitchesTable, MOST_AXES,
+    Axes, Axis, AxisLetters, Belts, End, GantryAxis, Limits, OutputsTable, Place, Positive,
+    Profile, SecondMotor, Stops, ToolSwitchesTable, MOST_AXES,
 };
-use crate::contacts::Contacts;
-use crate::plant::{Pin, Plate, Side, Switch};
-use crate::tool_pins::{ToolHeight, ToolSwitches};
 use leadscrew_machine::config::SwitchRules;
 use leadscrew_machine::config::{
     AxisKind, Dialect, MachineConfig, Options, ParkingConfig, Squaring,
 };
 use leadscrew_outputs::OutputsConfig;
+use leadscrew_planner::Train;
 
 /// The most axes of a machine with a second motor.
 const GANGED_AXES: usize = 4;
-
-/// The axis that the probe moves along.
-const Z: usize = 2;
 
 /// Letters of the axes except the extruder's, in order.
 const LETTERS: [char; 6] = ['X', 'Y', 'Z', 'A', 'B', 'C'];
@@ -26,11 +20,23 @@ const LETTERS: [char; 6] = ['X', 'Y', 'Z', 'A', 'B', 'C'];
 /// The letter of the extruder.
 const EXTRUDER: char = 'E';
 
-/// Grbl's travel, mm, for an axis whose file gives none.
-const GRBL_TRAVEL: f64 = 200.0;
-
-/// Bytes of unanswered lines that a sender may have sent, where the profile does not say.
+/// Bytes of unanswered lines that a sender may have sent, if the profile does not say.
 const RECEIVE_BUFFER: u16 = 1024;
+
+/// The range of an axis's carriage, mm on the axis' own scale.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Room {
+    /// Its place at power-up.
+    pub start: f64,
+    /// The place at which its switch at the low end closes.
+    pub low: Option<f64>,
+    /// The place at which its switch at the high end closes.
+    pub high: Option<f64>,
+    /// True if it may pass its switches: they serve homing only.
+    pub passes: bool,
+    /// Steps of its motor in a millimetre.
+    pub steps_per_mm: f64,
+}
 
 impl Profile {
     /// The number of axes: 3 to 6.
@@ -38,7 +44,16 @@ impl Profile {
         self.all_axes().count()
     }
 
-    /// The number of motors: one for each axis, and a second motor where there is one.
+    /// The gearing between its axes and motors.
+    pub fn train(&self) -> Train {
+        match (self.kinematics, &self.second_motor) {
+            (Belts::CoreXy, _) => Train::Crossed,
+            (Belts::Cartesian, Some(second)) => Train::Ganged(second.axis.number()),
+            (Belts::Cartesian, None) => Train::Straight,
+        }
+    }
+
+    /// The number of motors: one for each axis, and a second motor if there is one.
     pub fn motor_count(&self) -> usize {
         self.axis_count() + usize::from(self.second_motor.is_some())
     }
@@ -58,7 +73,7 @@ impl Profile {
     }
 
     /// The same build with Grbl's first settings.
-    pub(crate) fn bare_config<const AXES: usize>(&self) -> MachineConfig<AXES> {
+    pub fn bare_config<const AXES: usize>(&self) -> MachineConfig<AXES> {
         let mut config = MachineConfig::new();
         for ((kind, axis), letter) in config
             .axes
@@ -126,15 +141,6 @@ impl Profile {
             homing_only: mask(|axis| axis.stops == Stops::Homing),
             towards_low: mask(|axis| axis.stops == Stops::Towards && axis.limits.low.is_some()),
             towards_high: mask(|axis| axis.stops == Stops::Towards && axis.limits.high.is_some()),
-        }
-    }
-
-    /// The switches of the tool.
-    pub(crate) fn tool_port(&self, table: &ToolSwitchesTable, z: ToolHeight) -> ToolSwitches {
-        ToolSwitches {
-            z,
-            lower: steps(&self.axes.z, table.lower.mm()),
-            upper: steps(&self.axes.z, table.upper.mm()),
         }
     }
 
@@ -229,87 +235,22 @@ impl Profile {
         Some(("kinematics", expected))
     }
 
-    /// Whether any carriage works a switch.
-    pub fn has_switches(&self) -> bool {
-        !self.plant_switches().is_empty()
-    }
-
-    /// The switches that carriages work.
-    pub fn plant_switches(&self) -> Vec<Switch> {
-        let mut switches = Vec::new();
-        for (motor, axis) in self.all_axes().enumerate() {
-            switches.extend(self.limit_switches(motor, axis, axis.limits));
-        }
-        if let Some(second) = &self.second_motor {
-            let (motor, axis) = (self.axis_count(), self.axis_of(second));
-            switches.extend(self.limit_switches(motor, axis, second.limits));
-        }
-        switches.extend(self.probe.map(|probe| Switch {
-            pin: Pin::Probe,
-            motor: Z,
-            side: Side::AtOrBelow,
-            place: steps(&self.axes.z, probe.plate_height.mm()),
-            level: false,
-        }));
-        switches
-    }
-
-    /// The shape of the plate that the probe meets; `None` where it is flat.
-    pub fn plate(&self) -> Option<Plate> {
-        let probe = self.probe?;
-        let tilt = [probe.tilt_x.mm(), probe.tilt_y.mm()];
-        let is_flat = tilt == [0.0; 2] && probe.bow.mm() == 0.0;
-        let Axes { x, y, z, .. } = &self.axes;
-        let span = [x, y].map(|axis| {
-            axis.travel
-                .as_ref()
-                .map_or(GRBL_TRAVEL, |of| of.get_ref().get())
-        });
-        (!is_flat).then(|| Plate::new(tilt, probe.bow.mm(), span, [x, y, z].map(steps_per_mm)))
-    }
-
-    /// The contacts between the switches and the machine: they bounce, and the board filters its
-    /// inputs as the firmware does.
-    pub fn contacts(&self) -> Contacts {
-        Contacts {
-            bounce_us: self.switches.bounce_us,
-            filtered: true,
-        }
-    }
-
-    /// Where the carriages stand at power-up, in steps.
-    pub fn start<const MOTORS: usize>(&self) -> [i32; MOTORS] {
-        let second = self.second_motor.as_ref();
-        let second = second.map(|second| steps(self.axis_of(second), second.start.mm()));
-        let axes = self.all_axes().map(|axis| steps(axis, axis.start.mm()));
-        let mut places = axes.chain(second);
-        let mut motors = [0; MOTORS].map(|_: i32| places.next().unwrap_or(0));
-        if let (Belts::CoreXy, [a, b, ..]) = (self.kinematics, motors.as_mut_slice()) {
-            (*a, *b) = (*a + *b, *a - *b);
-        }
-        motors
-    }
-
-    /// The limit switches at both ends of a motor's travel.
-    fn limit_switches(
-        &self,
-        motor: usize,
-        axis: &Axis,
-        limits: Limits,
-    ) -> impl Iterator<Item = Switch> {
-        let limit = |side, mm| Switch {
-            pin: Pin::Limit(motor),
-            motor,
-            side,
-            place: steps(axis, mm),
-            level: self.switches.normally_closed,
+    /// The rooms of the axes' carriages, in order; `None` for an axis without a limit switch.
+    pub fn rooms(&self) -> Vec<Option<Room>> {
+        let room = |axis: &Axis| Room {
+            start: axis.start.mm(),
+            low: axis.limits.low.map(Place::mm),
+            high: axis.limits.high.map(Place::mm),
+            passes: axis.stops == Stops::Homing,
+            steps_per_mm: axis.scale(),
         };
-        let low = limits.low.map(|low| limit(Side::AtOrBelow, low.mm()));
-        let high = limits.high.map(|high| limit(Side::AtOrAbove, high.mm()));
-        low.into_iter().chain(high)
+        let has_end = |axis: &Axis| axis.limits.low.is_some() || axis.limits.high.is_some();
+        let all = self.all_axes();
+        all.map(|axis| has_end(axis).then(|| room(axis))).collect()
     }
 
-    fn axis_of(&self, second: &SecondMotor) -> &Axis {
+    /// The axis that a second motor helps to move.
+    pub fn axis_of(&self, second: &SecondMotor) -> &Axis {
         match second.axis {
             GantryAxis::X => &self.axes.x,
             GantryAxis::Y => &self.axes.y,
@@ -317,7 +258,7 @@ impl Profile {
     }
 
     /// The axes, in order.
-    pub(super) fn all_axes(&self) -> impl Iterator<Item = &Axis> {
+    pub fn all_axes(&self) -> impl Iterator<Item = &Axis> {
         let Axes {
             x,
             y,
@@ -345,7 +286,7 @@ impl Profile {
             .collect()
     }
 
-    /// Steps of a whole turn of each axis's motor, where the file says it.
+    /// Steps of a whole turn of each axis's motor, if the file says it.
     pub fn steps_per_rev(&self) -> Vec<Option<f64>> {
         let turns = self.all_axes().map(|axis| axis.steps_per_rev);
         turns.map(|steps| steps.map(Positive::get)).collect()
@@ -376,6 +317,15 @@ impl OutputsTable {
     }
 }
 
+impl Axis {
+    /// Steps of its motor in a millimetre: the file's, or else Grbl's.
+    pub fn scale(&self) -> f64 {
+        const GRBL: f64 = 250.0;
+        let own = self.steps_per_mm.as_ref();
+        own.map_or(GRBL, |steps| steps.get_ref().get())
+    }
+}
+
 impl GantryAxis {
     /// Its number, from 0.
     pub fn number(self) -> usize {
@@ -384,17 +334,6 @@ impl GantryAxis {
             Self::Y => 1,
         }
     }
-}
-
-/// A place in steps of the carriage.
-fn steps(axis: &Axis, mm: f64) -> i32 {
-    (mm * steps_per_mm(axis)).round() as i32
-}
-
-fn steps_per_mm(axis: &Axis) -> f64 {
-    const GRBL: f64 = 250.0;
-    let own = axis.steps_per_mm.as_ref();
-    own.map_or(GRBL, |steps| steps.get_ref().get())
 }
 
 /// The table of an axis in the file.
@@ -428,10 +367,6 @@ mod tests {
         let profile = parse("");
         let config = profile.config::<3>();
         assert_eq!(config, MachineConfig::new());
-        assert_eq!(
-            (profile.plant_switches(), profile.start()),
-            (vec![], [0; 3])
-        );
     }
 
     #[test]
@@ -459,38 +394,5 @@ mod tests {
         assert_eq!(complaint.message, Status::StepPulseTooShort.text());
         assert_eq!(parse("[settings]\n\"$999\" = 1").key, "settings.$999");
         assert_eq!(parse("[settings]\n\"$20\" = 1").key, "settings.$20");
-    }
-
-    #[test]
-    fn a_second_motor_comes_after_the_axes_with_the_scale_of_its_own() {
-        let profile = parse(
-            "[axes.x]\nsteps_per_mm = 80\nstart = 10\nlimits = { low = 0 }\n\
-             [second_motor]\naxis = \"x\"\nstart = 8\nlimits = { low = 0.5 }\n",
-        );
-        assert_eq!(profile.start(), [800, 0, 0, 640]);
-        let switches = profile.plant_switches();
-        let own = switches.iter().find(|s| s.pin == Pin::Limit(3)).unwrap();
-        assert_eq!((own.motor, own.side, own.place), (3, Side::AtOrBelow, 40));
-    }
-
-    #[test]
-    fn switches_stand_where_the_profile_puts_them() {
-        let profile = parse(
-            "[axes.x]\nsteps_per_mm = 80\nstart = 10\nlimits = { low = -0.5, high = 400 }\n\
-             [axes.a]\nrotary = true\n[probe]\nplate_height = -12\n",
-        );
-        let places: Vec<_> = profile
-            .plant_switches()
-            .iter()
-            .map(|s| (s.pin, s.side, s.place))
-            .collect();
-        let expected = [
-            (Pin::Limit(0), Side::AtOrBelow, -40),
-            (Pin::Limit(0), Side::AtOrAbove, 32_000),
-            (Pin::Probe, Side::AtOrBelow, -3_000),
-        ];
-        assert_eq!(places, expected);
-        assert_eq!(profile.start(), [800, 0, 0, 0]);
-        assert_eq!(profile.config::<4>().axes[3], AxisKind::Rotary);
     }
 }

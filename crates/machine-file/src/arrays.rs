@@ -28,7 +28,7 @@ fn in_table(table: &DeTable<'_>, above: &str) -> Option<(String, usize)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::profile::Profile;
+    use crate::Profile;
     use schemars::schema_for;
 
     #[test]

@@ -184,7 +184,7 @@ tables! {
         pull_off_mm: f64 as "Option<f64>" = HomingPullOff;
         /// How far the second motor goes on after its switch, mm: `$702`.
         second_motor_offset_mm: f64 as "Option<f64>" = SecondMotorOffset;
-        + /// Axes that home together, cycle after cycle; as stock Grbl where it is left out: Z, then X and Y.
+        + /// Axes that home together, cycle after cycle; as stock Grbl if it is left out: Z, then X and Y.
         order: Option<Vec<AxisLetters>>;
     }
 }
@@ -213,7 +213,7 @@ mod tests {
 
     #[test]
     fn the_document_has_every_name_with_its_number() {
-        let document = include_str!("../../../../docs/machine-file.md");
+        let document = include_str!("../../../docs/machine-file.md");
         for (setting, name) in NAMED {
             let row = format!("| `{name}` | `${}` |", setting.row().number);
             assert!(document.contains(&row), "{row}");

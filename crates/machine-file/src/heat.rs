@@ -2,12 +2,11 @@
 
 use super::value::{AxisLetter, Celsius, Positive, Volts};
 use super::Profile;
-use crate::oven::{Body, HeatWires};
 use leadscrew_heat::{Gates, HeatConfig, HeaterConfig, Limits, Sensor};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// Heaters that are switched on and off, and the axis and outputs that work only where it is warm.
+/// Heaters that are switched on and off, and the axis and outputs that work only when it is warm.
 #[derive(Clone, PartialEq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Heaters {
@@ -15,7 +14,7 @@ pub struct Heaters {
     pub nozzle: Option<HeaterTable>,
     /// The heater of M140 and M190. A bed is possible only with a nozzle.
     pub bed: Option<HeaterTable>,
-    /// The reference voltage of the sensors, V; 5 where it is left out.
+    /// The reference voltage of the sensors, V; 5 if it is left out.
     pub reference_v: Option<Positive>,
     /// The axis that does not turn while the nozzle is too cold. If it is left out, this is E, if
     /// the machine has one.
@@ -25,9 +24,9 @@ pub struct Heaters {
     pub feeders: u8,
     /// No program moves until all heaters that have a target have reached it.
     pub wait_until_ready: bool,
-    /// Whether a relay supplies all heaters. It goes off if one of them does not cool.
+    /// True if a relay supplies all heaters. It goes off if one of them does not cool.
     pub supply_relay: bool,
-    /// Whether another controller, or a thermal cut-out, reports faults on an input.
+    /// True if another controller, or a thermal cut-out, reports faults on an input.
     pub fault_input: bool,
 }
 
@@ -37,28 +36,28 @@ pub struct Heaters {
 pub struct HeaterTable {
     /// How its temperature is read.
     pub sensor: SensorTable,
-    /// How far from its target it is switched, K; 2 where it is left out.
+    /// How far from its target it is switched, K; 2 if it is left out.
     pub hysteresis_k: Option<Positive>,
-    /// The highest target. Where it is left out: 275 for a nozzle, 120 for a bed.
+    /// The highest target. If it is left out: 275 for a nozzle, 120 for a bed.
     pub most: Option<Celsius>,
-    /// The temperature below which nothing is extruded; 170 where it is left out.
+    /// The temperature below which nothing is extruded; 170 if it is left out.
     pub extrusion: Option<Celsius>,
-    /// A lower reading is a sensor's fault; -10 where it is left out.
+    /// A lower reading is a sensor's fault; -10 if it is left out.
     pub coldest: Option<Celsius>,
-    /// A higher reading is a sensor's fault. Where it is left out: 310 for a nozzle, 150 for a bed.
+    /// A higher reading is a sensor's fault. If it is left out: 310 for a nozzle, 150 for a bed.
     pub hottest: Option<Celsius>,
-    /// The time in which the temperature must react to the heater's switch, s. Where it is left
+    /// The time in which the temperature must react to the heater's switch, s. If it is left
     /// out: 20 for a nozzle, 90 for a bed.
     pub patience_s: Option<u16>,
-    /// The least change of temperature that counts as a reaction, K; 2 where it is left out.
+    /// The least change of temperature that counts as a reaction, K; 2 if it is left out.
     pub answer_k: Option<Positive>,
-    /// How far the temperature may be from the target once it has reached it, K. Where it is left
+    /// How far the temperature may be from the target once it has reached it, K. If it is left
     /// out: 30 for a nozzle, 20 for a bed.
     pub band_k: Option<Positive>,
-    /// How fast the heater warms a cold body, K/s; used by the simulator only. Where it is left
+    /// How fast the heater warms a cold body, K/s; used by the simulator only. If it is left
     /// out: 4 for a nozzle, 1 for a bed.
     pub warms_k_s: Option<Positive>,
-    /// The time constant with which the body cools, s; used by the simulator only. Where it is left
+    /// The time constant with which the body cools, s; used by the simulator only. If it is left
     /// out: 90 for a nozzle, 300 for a bed.
     pub cools_s: Option<Positive>,
 }
@@ -87,11 +86,23 @@ pub enum SensorTable {
     },
 }
 
+/// A body that a heater warms, in the simulator: `dT/dt = power − (T − room) / cools`, with `power` = 0 while the heater is
+/// off.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Body {
+    /// How fast the heater warms the body, K/s.
+    pub power: f32,
+    /// The time in which the difference to the room falls to 37 %, s.
+    pub cools: f32,
+    /// How its temperature is read.
+    pub sensor: Sensor,
+}
+
 /// A fan.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Fan {
-    /// Whether the machine has a fan, which M106 and M107 switch.
+    /// True if the machine has a fan, which M106 and M107 switch.
     pub fitted: bool,
 }
 
@@ -129,7 +140,7 @@ const HYSTERESIS: f32 = 2.0;
 const REFERENCE: f32 = 5.0;
 
 impl Heaters {
-    /// Whether there is any heater.
+    /// Returns true if there is any heater.
     pub fn is_any(&self) -> bool {
         self.tables().next().is_some()
     }
@@ -146,14 +157,6 @@ impl Heaters {
         self.tables()
             .map(|(table, usual)| table.body(usual))
             .collect()
-    }
-
-    /// The wires that only some machines have.
-    pub fn wires(&self) -> HeatWires {
-        HeatWires {
-            supply_relay: self.supply_relay,
-            fault_input: self.fault_input,
-        }
     }
 
     /// All heaters, the nozzle first.

@@ -20,7 +20,7 @@ pub struct Wrong {
     pub file: PathBuf,
     /// Its line, from 1.
     pub line: usize,
-    /// The key, with the tables that it is in: `axes.x.travel`. Empty where the text is no TOML.
+    /// The key, with the tables that it is in: `axes.x.travel`. Empty if the text is no TOML.
     pub key: String,
     /// The value that was found, and the expected one.
     pub message: String,
