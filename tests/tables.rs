@@ -98,7 +98,7 @@ fn default(row: &Row) -> String {
 fn settings_page() -> String {
     let mut page = String::from(SETTINGS_HEAD);
     for group in Group::ALL {
-        page.push_str(&format!("\n## {}\n{COLUMNS}", group.name()));
+        page.push_str(&format!("\n## {}\n\n", group.name()));
         for row in rows().iter().filter(|row| row.group == group) {
             let number = row.number;
             let numbers = match is_axis(row) {
@@ -108,7 +108,7 @@ fn settings_page() -> String {
             page.push_str(&line(&numbers, row.name, row));
         }
     }
-    page.push_str(&format!("{OWN_HEAD}{COLUMNS}"));
+    page.push_str(OWN_HEAD);
     let own: Vec<Row> = extensions().settings().copied().collect();
     for alike in own.chunk_by(|one, next| one.description == next.description) {
         let [first, .., last] = alike else {
@@ -123,43 +123,59 @@ fn settings_page() -> String {
     page
 }
 
-/// The head of a table of settings.
-const COLUMNS: &str =
-    "\n| setting | name | unit | values | new machine | what it does |\n|---|---|---|---|---|---|\n";
-
-/// A line of a table of settings.
+/// The entry of a setting in a list.
 fn line(numbers: &str, name: &str, row: &Row) -> String {
     let Row {
         unit, description, ..
     } = row;
     let (values, default) = (values(row.kind), default(row));
-    format!("| {numbers} | {name} | {unit} | {values} | {default} | {description} |\n")
+    let blank = if unit.is_empty() { "" } else { " " };
+    wrapped(&format!(
+        "* {numbers} **{name}**, {default}{blank}{unit} ({values}): {description}"
+    ))
+}
+
+/// An entry of a list, in lines of 100 characters at most.
+fn wrapped(entry: &str) -> String {
+    let (mut text, mut length) = (String::new(), 0);
+    for word in entry.split(' ') {
+        let wanted = word.chars().count() + 1;
+        if length + wanted > 101 {
+            text.push_str("\n  ");
+            length = 2;
+        } else if length > 0 {
+            text.push(' ');
+        }
+        text.push_str(word);
+        length += wanted;
+    }
+    text + "\n"
 }
 
 const SETTINGS_HEAD: &str = "# Settings
 
-Made of the table in `crates/settings/src/table.rs` by `BLESS=1 cargo test -p leadscrew-tests tables`; a test fails where the two differ.
+For whoever sets a machine up. The page is made of `crates/settings/src/table.rs` by `BLESS=1 cargo
+test -p leadscrew-tests tables`. An entry has the number, the name, the value in a new machine with
+its unit, the range, and what the setting does.
 
-| line | answer |
-|---|---|
-| `$$` | Grbl's 34 settings, as Grbl lists them |
-| `$+` | all settings, also those from `$700` on, which are our own |
-| `$703` | one setting of our own; `$5` and the like stay `error:3`, as in Grbl |
-| `$703=120` | changes a setting: `ok` once it is stored |
-| `$ES`, `$EG` | settings and their groups with name, unit, type and range, as grblHAL's senders read them: `[SETTING:...]`, `[SETTINGGROUP:...]` |
-| `$SED=703` | `[SETTINGDESCR:703|...]`: one setting described |
-| `$EE`, `$EA` | `[ERRORCODE:...]`, `[ALARMCODE:...]`: what each number means |
-| `$RST=$` | all settings as in a new machine |
+* `$$`: Grbl's 34 settings, as Grbl lists them
+* `$+`: all settings, also those from `$700` on, which are our own
+* `$703`: one setting of our own; `$5` and the like stay `error:3`, as in Grbl
+* `$703=120`: changes a setting: `ok` once it is stored
+* `$ES`, `$EG`: settings and groups, as grblHAL's senders read them; `$SED=703`: one setting described
+* `$EE`, `$EA`: what each number of an error or an alarm means
+* `$RST=$`: all settings as in a new machine
 
-A machine file or a board may bring values of its own for a new machine. All of these lines, but `$n=v` and `$RST=$`, are answered at rest, while jogging, in
-check mode and in an alarm; in motion they are `error:8`, as `$$` is in Grbl. Whole numbers lose their fraction. For senders that want files:
-[csv/](csv) has errors, alarms and settings, with those of extensions, in the form of Universal Gcode Sender.
+A machine file or a board may bring values of its own for a new machine. In motion these lines are
+`error:8`, as `$$` is in Grbl. Whole numbers lose their fraction. [csv/](csv) has errors, alarms and
+settings for Universal Gcode Sender.
 ";
 
 const OWN_HEAD: &str = "
 ## Tool change
 
-A machine has these where its file has [`[tool_change]`](machine-file.md). Senders show them with spindle and laser.
+A machine has these if its file has [`[tool_change]`](machine-file.md).
+
 ";
 
 fn quoted(fields: &[&str]) -> String {
@@ -241,7 +257,7 @@ fn the_documents_have_what_extensions_add() {
         assert!(setting_codes.contains(&format!("\n\"{number}\",")));
     }
     for number in [860, 861, 862, 881] {
-        assert!(settings.contains(&format!("\n| `${number}` ")), "${number}");
+        assert!(settings.contains(&format!("\n* `${number}` ")), "${number}");
     }
     for number in [220, 221, 222] {
         assert!(

@@ -3,10 +3,9 @@
 import assert from "node:assert/strict";
 import {readFileSync} from "node:fs";
 import {get} from "node:http";
-import {createRequire} from "node:module";
+import {dropAndTime, drop, isState, number, reads, say, text, violations} from "./steps.js";
 import {PATIENCE, playback, sender, sleep} from "./server.js";
 
-const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const EXAMPLES = new URL("../../examples/", import.meta.url);
 
 const FAST = `name = "bench"
@@ -46,22 +45,11 @@ const TOOLS = `${FAST}[tool_change]\nshown = "hold"\n`.replace("bench", "drill")
 const HEATED = `${FAST}[heaters.nozzle]\nsensor = "ad595"\nmost = 270\nextrusion = 50\nhottest = 300\n`.replace("bench", "warm");
 const HARD = FAST.replace("[settings]", "[settings]\n\"$21\" = 1").replace("bench", "hard");
 
-const text = (page, selector) => page.locator(selector).textContent();
-const number = async (page, selector) => Number.parseFloat(await text(page, selector));
-const isState = (page, name) => page.waitForFunction((name) => document.getElementById("state").textContent.startsWith(name), name);
 const axis = (letter) => `#axes td[data-axis="${letter}"]`;
 
 const start = (page) => page.getByRole("button", {name: "Run", exact: true}).click();
 const reset = (page) => page.getByRole("button", {name: "Reset", exact: true}).click();
 const unlock = (page) => page.getByRole("button", {name: "Unlock"}).click();
-/** The account of the job reads so. */
-async function reads(page, words) {
-  try {
-    await page.waitForFunction((words) => new RegExp(words).test(document.getElementById("job-time").textContent), words);
-  } catch (error) {
-    throw new Error(`${words} is not what it reads: ${await text(page, "#state")}, ${await text(page, "#job-time")}`, {cause: error});
-  }
-}
 async function press(page, name) {
   await page.getByRole("tab", {name: "Switches"}).click();
   await page.getByRole("button", {name}).click();
@@ -198,28 +186,6 @@ const OWNERS = Object.entries({
   },
 });
 
-/** Drops a file on the page, as a file manager does. */
-export async function drop(page, name, content) {
-  await page.evaluate(([name, content]) => {
-    const data = new DataTransfer();
-    data.items.add(new File([content], name));
-    for (const type of ["dragenter", "dragover", "drop"]) {
-      document.body.dispatchEvent(new DragEvent(type, {dataTransfer: data, bubbles: true, cancelable: true}));
-    }
-  }, [name, content]);
-}
-
-async function dropAndTime(page, name, content) {
-  await drop(page, name, content);
-  await page.waitForFunction(() => /^takes|without pauses/.test(document.getElementById("job-time").textContent));
-}
-
-async function say(page, line) {
-  await page.getByRole("tab", {name: "Console"}).click();
-  await page.getByLabel("Line to send").fill(line);
-  await page.getByLabel("Line to send").press("Enter");
-}
-
 /** Asks for a document as no browser does. */
 function fetched(address, headers = {}) {
   return new Promise((resolve, reject) => {
@@ -243,12 +209,6 @@ function inked(page) {
     pen.drawImage(behind, 0, 0);
     return pen.getImageData(0, 0, copy.width, copy.height).data.filter((value, index) => index % 4 === 3 && value > 40).length;
   });
-}
-
-async function violations(page) {
-  await page.evaluate(AXE);
-  const result = await page.evaluate(() => globalThis.axe.run());
-  return result.violations.map(({id, nodes}) => `${id}: ${nodes.map(({target, failureSummary}) => `${target} ${failureSummary}`).join("; ")}`);
 }
 
 export const cases = [

@@ -11,7 +11,9 @@ import {mkdirSync} from "node:fs";
 import {join} from "node:path";
 import {pathToFileURL} from "node:url";
 import {chromium} from "playwright-core";
-import {cases, drop} from "./cases.js";
+import {boardCases} from "./board_cases.js";
+import {cases} from "./cases.js";
+import {drop} from "./steps.js";
 import {PATIENCE, Server, sleep} from "./server.js";
 
 const args = process.argv.slice(2);
@@ -63,6 +65,7 @@ async function attempt(one, way, open) {
   const begun = Date.now();
   let server = null;
   try {
+    await one.before?.(page);
     server = await open(one, page);
     await one.run({page, server, context, shoot});
     const unexpected = errors.filter((error) => !one.expected?.test(error));
@@ -74,10 +77,11 @@ async function attempt(one, way, open) {
     console.log(`FAILED ${way}: ${one.name}\n       ${String(error.stack ?? error).replaceAll("\n", "\n       ")}\n       ${errors.join("\n       ")}`);
   }
   await context.close();
+  await one.after?.();
   await server?.end();
 }
 
-for (const one of cases.filter(({name}) => args.length === 0 || args.some((wanted) => name.includes(wanted)))) {
+for (const one of [...cases, ...boardCases].filter(({name}) => args.length === 0 || args.some((wanted) => name.includes(wanted)))) {
   if (one.only !== "file") await attempt(one, "server", served);
   if (one.only !== "server") await attempt(one, "file", opened);
 }

@@ -18,6 +18,7 @@ mod json;
 mod life;
 mod look;
 mod machine;
+mod order;
 mod profile;
 mod remark;
 mod remedy;
@@ -35,8 +36,9 @@ pub use json::{
     error_json, extents, warning_json, Extent, Extents, JsonError, JsonWarning, JSON_VERSION,
 };
 pub use life::{Cause, End, JsonEnd, Wait};
-pub use look::{Finding, Job, Workshop};
+pub use look::{Finding, Workshop};
 pub use machine::{capped, Machine, TIMING};
+pub use order::{Job, Resume};
 pub use profile::{limits_of, without_lead, ProfileJson, ProfileReport, Trial};
 pub use remark::{Done, Remark};
 pub use rest::{rest_of, Rest};

@@ -2,10 +2,12 @@
 //! where its time goes.
 
 use crate::check::read_through;
-use crate::checker::follow;
+use crate::checker::{follow, RestError};
 use crate::foreign::Foreign;
 use crate::machine::Machine;
+use crate::order::{Job, Resume};
 use crate::profile::{limits_of, without_lead, ProfileReport};
+use crate::rest::rest_of;
 use crate::stream::Stream;
 use leadscrew_gcode::Number;
 use leadscrew_machine::settings::table::Setting;
@@ -24,23 +26,11 @@ const AT_ONCE: usize = 100_000;
 /// Bytes of a job that are read at a time. Before each read, the caller is asked whether to go on.
 const READ: usize = 1024;
 
-/// A job to be analysed.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Job {
-    /// The name of its file.
-    pub name: String,
-    /// Its text.
-    pub text: Vec<u8>,
-    /// The machine's settings, lines as `$$` prints them.
-    pub settings: String,
-    /// The place of work zero, machine position, axis by axis, mm.
-    pub origin: Vec<f32>,
-}
-
 /// Bytes at the start of a job that show whether it is a file of another machine.
 const HEAD: usize = 4096;
 
-/// A result about a job. The kinds come in this order, and [`Finding::Progress`] many times.
+/// A result about a job. The kinds come in this order, and [`Finding::Progress`] many times; of a
+/// job that is to be begun at a line comes [`Finding::Rest`] alone.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Finding {
     /// The job is a file of another machine, and what follows is about the G-code made of it: JSON
@@ -57,6 +47,9 @@ pub enum Finding {
     Progress(u8),
     /// The output of `leadscrew profile --json`.
     Profile(String),
+    /// What brings the machine to where the job stands at a line: JSON with the lines, `preamble`;
+    /// or with `refused`, the words why the job cannot be begun there; and `resume`, what was asked.
+    Rest(String),
 }
 
 /// Analyses jobs for one machine.
@@ -95,6 +88,9 @@ impl Workshop {
 
     /// Analyses a job and hands over each finding at once. Ends soon after `go_on` returns false.
     pub fn look(&self, job: &Job, go_on: &dyn Fn() -> bool, tell: &mut dyn FnMut(Finding)) {
+        if let Some(resume) = &job.resume {
+            return tell(Finding::Rest(self.rest(job, resume)));
+        }
         match self.taken(job) {
             Ok(None) => self.look_at(job, go_on, tell),
             Ok(Some((made, json))) => {
@@ -121,6 +117,22 @@ impl Workshop {
             ..job.clone()
         };
         Ok(Some((job, told)))
+    }
+
+    /// What pages are told of the rest of a job.
+    fn rest(&self, job: &Job, resume: &Resume) -> String {
+        let machine = Machine::from_listing(&job.settings, self.whole.clone());
+        let mut told = match rest_of(&machine, &job.name, &job.text[..], &resume.ask()) {
+            Ok(Ok(rest)) => json!({"preamble": rest.preamble}),
+            Ok(Err(RestError::FromStart { axis, line })) => {
+                let words = format!("line {line} counts {axis} from where the job began: name it");
+                json!({ "refused": words })
+            }
+            Ok(Err(error)) => json!({"refused": error.to_string()}),
+            Err(error) => json!({"refused": error.to_string()}),
+        };
+        told["resume"] = json!(resume);
+        told.to_string()
     }
 
     fn look_at(&self, job: &Job, go_on: &dyn Fn() -> bool, tell: &mut dyn FnMut(Finding)) {
@@ -214,10 +226,13 @@ fn time(
             value: Number::from_int(0),
         });
     }
-    let machine = machine.with(&settings);
+    let (machine, rate) = match job.grbl {
+        Some(baud) => (machine.with(&settings).as_grbl(), Rate::Baud(baud)),
+        None => (machine.with(&settings), Rate::NeverWaits),
+    };
     let stream = Stream {
         machine: &machine,
-        rate: Rate::NeverWaits,
+        rate,
         keep_going: false,
         feed_percent: 100,
         keep_answers: true,
@@ -270,6 +285,7 @@ impl Read for Watched<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::num::NonZeroU32;
     use std::time::Duration;
 
     fn look(text: &str, settings: &str, origin: [f32; 3]) -> Vec<Finding> {
@@ -284,6 +300,7 @@ mod tests {
             text: text.as_bytes().to_vec(),
             settings: settings.to_owned(),
             origin: origin.to_vec(),
+            ..Job::default()
         };
         let mut found = Vec::new();
         Workshop::new(&file).look(&job, &|| true, &mut |finding| found.push(finding));
@@ -429,12 +446,83 @@ mod tests {
     }
 
     #[test]
+    fn a_job_for_a_board_with_grbl_takes_as_long_as_grbl_took() {
+        // Recorded: tests/conformance/traces/laser_raster_m4.json.
+        let folder = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../../tests/conformance/traces"
+        );
+        let read = |name: &str| std::fs::read_to_string(format!("{folder}/{name}")).unwrap();
+        let recorded: serde_json::Value =
+            serde_json::from_str(&read("laser_raster_m4.json")).unwrap();
+        let settings = recorded["settings"].as_object().unwrap().iter();
+        let job = Job {
+            text: read("laser_raster_m4.nc").into_bytes(),
+            settings: settings
+                .map(|(key, value)| format!("{key}={value}\n"))
+                .collect(),
+            grbl: NonZeroU32::new(115_200),
+            ..Job::default()
+        };
+        let mut seconds = [0.0; 2];
+        for (seconds, grbl) in seconds.iter_mut().zip([job.grbl, None]) {
+            let job = Job {
+                grbl,
+                ..job.clone()
+            };
+            Workshop::new(&Profile::default()).look(&job, &|| true, &mut |finding| {
+                if let Finding::Profile(json) = finding {
+                    let profile: serde_json::Value = serde_json::from_str(&json).unwrap();
+                    *seconds = profile["job_seconds"].as_f64().unwrap();
+                }
+            });
+        }
+        let grbl = recorded["first_to_last_step_s"].as_f64().unwrap();
+        assert!((seconds[0] / grbl - 1.0).abs() < 0.03, "{seconds:?} {grbl}");
+        assert!((seconds[1] / grbl - 1.0).abs() > 0.05, "{seconds:?} {grbl}");
+    }
+
+    #[test]
+    fn the_rest_of_a_job_is_what_the_command_line_makes() {
+        let text = "G21 G90\nM3 S9000\nG0 X5 Y5 Z2\nG1 Z-1 F300\nG1 X25 F900\nM5\n";
+        let rest = |line, text: &str| {
+            let job = Job {
+                text: text.as_bytes().to_vec(),
+                resume: Some(Resume {
+                    line,
+                    clearance: Some(4.0),
+                    spin_up: 2.0,
+                    start: None,
+                }),
+                ..Job::default()
+            };
+            let mut found = Vec::new();
+            Workshop::new(&Profile::default())
+                .look(&job, &|| true, &mut |finding| found.push(finding));
+            let [Finding::Rest(json)] = &found[..] else {
+                panic!("{found:?}")
+            };
+            serde_json::from_str::<serde_json::Value>(json).unwrap()
+        };
+        let preamble = rest(5, text)["preamble"].to_string();
+        for part in ["S9000", "G4 P2", "X5 Y5", "Z-1"] {
+            assert!(preamble.contains(part), "{part}: {preamble}");
+        }
+        let refused = rest(9, text)["refused"].to_string();
+        assert!(refused.contains("the job has 6 lines"), "{refused}");
+        let from = rest(3, "G91\nG1X5F100\nX5\n")["refused"].to_string();
+        assert!(from.contains("from where the job began"), "{from}");
+        assert!(!from.contains("--start"), "{from}");
+    }
+
+    #[test]
     fn a_job_that_is_given_up_ends_soon() {
         let job = Job {
             name: "long.nc".to_owned(),
             text: "G1X1F500\nX0\n".repeat(100_000).into_bytes(),
             settings: String::new(),
             origin: vec![0.0; 3],
+            ..Job::default()
         };
         let begun = std::time::Instant::now();
         Workshop::new(&Profile::default()).look(

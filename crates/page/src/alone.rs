@@ -214,7 +214,7 @@ mod tests {
         alone.hear(&lines, |_| panic!("no job")).unwrap();
         pass(&mut alone, 0, 200);
         let mut jobs = Vec::new();
-        let dropped = frame(3, b"a.nc\nG0X1\n");
+        let dropped = frame(3, b"{\"name\":\"a.nc\"}\nG0X1\n");
         alone.hear(&dropped, |job| jobs.push(job)).unwrap();
         let [job] = &jobs[..] else { panic!("{jobs:?}") };
         assert_eq!((&job.name[..], &job.text[..]), ("a.nc", &b"G0X1\n"[..]));

@@ -24,16 +24,23 @@ const COMMON: [Module; 7] = [
 
 /// Modules that only the page of a machine has. The module that reaches the machine is added to
 /// them.
-const MACHINE: [Module; 10] = [
+const MACHINE: [Module; 17] = [
+    ("begin", include_str!("../web/begin.js")),
+    ("board", include_str!("../web/board.js")),
     ("chart", include_str!("../web/chart.js")),
+    ("connect", include_str!("../web/connect.js")),
     ("frames", include_str!("../web/frames.js")),
+    ("framing", include_str!("../web/framing.js")),
+    ("grbl", include_str!("../web/grbl.js")),
     ("job", include_str!("../web/job.js")),
     ("jog", include_str!("../web/jog.js")),
     ("life", include_str!("../web/life.js")),
+    ("machines", include_str!("../web/machines.js")),
     ("main", include_str!("../web/main.js")),
     ("panels", include_str!("../web/panels.js")),
     ("program", include_str!("../web/program.js")),
     ("sender", include_str!("../web/sender.js")),
+    ("serial", include_str!("../web/serial.js")),
     ("state", include_str!("../web/state.js")),
 ];
 

@@ -44,6 +44,8 @@ pub(crate) enum Tag {
     Settings = 11,
     /// The G-code that was made of a dropped file of another machine, or why there is none, as JSON.
     Taken = 12,
+    /// What brings the machine to a line of the job, or why nothing does, as JSON.
+    Rest = 13,
 }
 
 /// Makes a frame of a tag and its content.
@@ -77,6 +79,7 @@ pub fn finding(finding: &Finding) -> Vec<u8> {
         Finding::Scene(moves) => scene(moves),
         Finding::Check(json) => frame(Tag::Check, json.as_bytes()),
         Finding::Profile(json) => frame(Tag::Profile, json.as_bytes()),
+        Finding::Rest(json) => frame(Tag::Rest, json.as_bytes()),
         Finding::Progress(percent) => frame(Tag::Progress, percent.to_string().as_bytes()),
     }
 }
@@ -177,7 +180,8 @@ pub enum Said {
     Wire(Vec<u8>),
     /// A switch was pressed.
     Key(u8),
-    /// A job is to be analysed: its name, a line end, its text.
+    /// A job is to be analysed, packed as [`leadscrew_jobs::Job::packed`] does. If it has no settings,
+    /// it is for this machine.
     Job(Vec<u8>),
     /// The moves shown so far are to be removed.
     Clear,

@@ -144,7 +144,7 @@ impl Pages {
             PageAction::Closed => self.all.retain(|page| page.number != number),
             PageAction::Said(Said::Wire(bytes)) => return self.wire_said(number, bytes),
             PageAction::Said(Said::Key(key)) => return key_of(key).map(Errand::Press),
-            PageAction::Said(Said::Job(job)) => return Some(Errand::Look(self.job(&job, desk))),
+            PageAction::Said(Said::Job(job)) => return self.job(&job, desk).map(Errand::Look),
             PageAction::Said(Said::Clear) => {
                 desk.trail().clear();
             }
@@ -177,17 +177,17 @@ impl Pages {
         (self.channel.is_some() && !bytes.is_empty()).then_some(Errand::Send(bytes))
     }
 
-    /// The job in a page's message, which has its name, a line end, and its text.
-    fn job(&mut self, job: &[u8], desk: &Desk<'_>) -> Job {
-        let end = job.iter().position(|byte| *byte == b'\n').unwrap_or(0);
-        let (name, text) = (&job[..end], job.get(end + 1..).unwrap_or_default());
-        self.known.job.clear();
-        Job {
-            name: String::from_utf8_lossy(name).into_owned(),
-            text: text.to_vec(),
-            settings: desk.settings_text(),
-            origin: desk.snapshot().work_offset,
+    /// The job in a page's message: if it has no settings, it is for this machine.
+    fn job(&mut self, job: &[u8], desk: &Desk<'_>) -> Option<Job> {
+        let mut job = Job::unpacked(job)?;
+        if job.resume.is_none() {
+            self.known.job.clear();
         }
+        if job.settings.is_empty() {
+            job.settings = desk.settings_text();
+            job.origin = desk.snapshot().work_offset;
+        }
+        Some(job)
     }
 
     /// Notes bytes that have gone over a serial line of the machine, and sends them to the pages.
@@ -267,7 +267,7 @@ impl Pages {
     pub fn found(&mut self, finding: &Finding) {
         let frame = frames::finding(finding);
         self.tell(&frame);
-        if !matches!(finding, Finding::Progress(_)) {
+        if !matches!(finding, Finding::Progress(_) | Finding::Rest(_)) {
             self.known.job.push(frame);
         }
     }

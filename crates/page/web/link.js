@@ -1,7 +1,7 @@
 // @ts-check
 // The way to a machine behind a server: a WebSocket that comes back.
 
-import {frameOf} from "frames";
+import {contentOf, frameOf} from "frames";
 
 /** @typedef {import("frames").Ears} Ears */
 
@@ -54,7 +54,7 @@ export class Link {
     };
     socket.onmessage = (event) => {
       const bytes = new Uint8Array(event.data);
-      this.ears.frame(bytes[0], bytes);
+      this.ears.frame(bytes[0], contentOf(bytes));
     };
     socket.onclose = () => {
       this.ears.opened(false, "The connection is lost. Trying again …");

@@ -2,7 +2,7 @@
 // The way to a machine in the browser itself: one worker is the machine, another looks at jobs.
 
 import {by} from "dom";
-import {FROM, frameOf} from "frames";
+import {FROM, contentOf, frameOf} from "frames";
 
 /** @typedef {import("frames").Ears} Ears */
 
@@ -104,14 +104,14 @@ export class Link {
     }
     if (frame[0] === KEEP) return keep(this.#file, frame.subarray(1));
     if (frame[0] === FROM.HELLO) this.#before = null;
-    this.ears.frame(frame[0], frame);
+    this.ears.frame(frame[0], contentOf(frame));
   }
 
   /** Takes the machine of before: the file of the new one is wrong. @param {Uint8Array} words */
   #goBack(words) {
     this.#file = this.#before ?? this.#file;
     this.#before = null;
-    this.ears.frame(FROM.NOTE, Uint8Array.of(FROM.NOTE, ...words));
+    this.ears.frame(FROM.NOTE, new TextDecoder().decode(words));
     this.#restart();
   }
 

@@ -1,19 +1,23 @@
 // @ts-check
 // The page: brings the machine's frames to the panels, and what is pressed to the machine.
 
+import {Beginning, lineAt} from "begin";
 import {Chart} from "chart";
 import {by, make, say, tabs} from "dom";
+import {listenForFraming} from "framing";
 import {FROM, TO} from "frames";
 import {Job} from "job";
 import {Jog} from "jog";
+import {listenForPorts} from "connect";
+import {isBanner} from "grbl";
 import {mark, marksOf} from "legend";
 import {alarmWords, isUnderWay, needsReset, pauseOf} from "life";
-import {Link} from "link";
+import {Machines} from "machines";
 import {Console, Position, SettingsPanel, Switches, buildOverrides, showOverrides} from "panels";
 import {Program} from "program";
-import {Path} from "scene";
+import {Path, shifted} from "scene";
 import {LineReader, Sender, isAnswer} from "sender";
-import {Settings, readState} from "state";
+import {Settings} from "state";
 import {View} from "view";
 
 /** @typedef {import("state").State} State */
@@ -63,57 +67,74 @@ const jog = new Jog({
   machine: () => ({position: state?.position ?? [], travel: [...settings.travel, settings.value(133)], softLimits: settings.hasSoftLimits}),
 });
 
-/** What each frame brings. @type {Record<number, (bytes: Uint8Array) => void>} */
+/** What each frame brings. @type {Record<number, (content: any) => void>} */
 const frames = {
-  [FROM.WIRE]: (bytes) => wire(bytes),
-  [FROM.STATE]: (bytes) => showState(readState(bytes)),
-  [FROM.MOVES]: (bytes) => {
-    trace.append(new DataView(bytes.buffer).getUint32(4, true), bytes.subarray(8));
+  [FROM.WIRE]: wire,
+  [FROM.STATE]: showState,
+  [FROM.MOVES]: ({first, moves}) => {
+    trace.append(first, moves);
     view.touch();
   },
-  [FROM.HELLO]: (bytes) => greet(json(bytes)),
-  [FROM.ROLE]: (bytes) => takeRole(json(bytes)),
-  [FROM.NOTE]: (bytes) => log.add(text(bytes), "note"),
-  [FROM.SCENE]: (bytes) => {
-    job.path.append(job.path.first + job.path.count, bytes.subarray(8));
+  [FROM.HELLO]: greet,
+  [FROM.ROLE]: takeRole,
+  [FROM.NOTE]: (words) => log.add(words, "note"),
+  [FROM.SCENE]: (moves) => {
+    job.path.append(job.path.first + job.path.count, moves);
     drawLegend();
     show();
     if (!isBusy()) view.fit();
     view.touch();
   },
-  [FROM.CHECK]: (bytes) => {
-    program.mark(job.note(json(bytes), (line) => program.show(line)));
+  [FROM.CHECK]: (found) => {
+    program.mark(job.note(found, (line) => program.show(line)));
     show();
     if (!isBusy()) view.fit();
     enable();
   },
-  [FROM.TAKEN]: (bytes) => take(json(bytes)),
-  [FROM.PROFILE]: (bytes) => job.time(json(bytes)),
-  [FROM.PROGRESS]: (bytes) => job.timing(text(bytes)),
-  [FROM.SETTINGS]: (bytes) => {
-    settings.load(json(bytes));
+  [FROM.TAKEN]: take,
+  [FROM.REST]: (found) => beginning.take(found),
+  [FROM.PROFILE]: (profile) => {
+    job.time(profile);
+    enable();
+  },
+  [FROM.PROGRESS]: (percent) => job.timing(percent),
+  [FROM.SETTINGS]: (all) => {
+    settings.load(all);
     settingsPanel.load(settings);
     drawLegend();
     show();
   },
 };
-const link = new Link({frame: (tag, bytes) => frames[tag]?.(bytes), opened});
+const link = new Machines({frame: (tag, content) => frames[tag]?.(content), opened, silent, lost});
 
-/** @param {Uint8Array} bytes */
-function text(bytes) {
-  return new TextDecoder().decode(bytes.subarray(1));
+/** How far the job has come that ends here. */
+function account() {
+  return isUnderWay(job.life) ? `${job.name}: answered up to line ${sender.last}, sent up to line ${sender.reached}. ` : "";
 }
 
-/** @param {Uint8Array} bytes */
-function json(bytes) {
-  return JSON.parse(text(bytes));
+/** Says what a person should know of a board that is silent. @param {string} words */
+function silent(words) {
+  by("silent").hidden = words === "";
+  say(by("silent"), words);
+}
+
+/** Answers of the board's are lost: what it has done of these lines is not known. @param {number} lines */
+function lost(lines) {
+  const words = `An answer is lost: the board stands still, and ${lines} line${lines === 1 ? " has" : "s have"} no answer. ${account()}Nothing more is sent.`;
+  job.stop("a lost answer", sender.oldest?.job);
+  sender.reset();
+  log.add(words, "bad");
+  silent(words);
+  enable();
 }
 
 /** @param {boolean} isOpen @param {string} why it is not */
 function opened(isOpen, why) {
   by("link").hidden = isOpen;
+  say(by("where"), link?.hasBoard ? "board" : "simulator");
   if (isOpen) return;
-  say(by("link"), why);
+  say(by("link"), link?.hasBoard ? `${why} ${account()}` : why);
+  if (link?.hasBoard && isUnderWay(job.life)) log.add(`${why} ${account()}The board may go on with the lines that it has.`, "bad");
   say(by("state"), "not connected");
   by("state").dataset.kind = "bad";
   job.stop("the loss of the connection");
@@ -126,7 +147,8 @@ function opened(isOpen, why) {
 function greet(now) {
   hello = now;
   job.work = now.work;
-  say(by("machine-name"), now.name ? `leadscrew · ${now.name}` : "leadscrew");
+  say(by("machine-name"), now.board ? now.name : now.name ? `leadscrew · ${now.name}` : "leadscrew");
+  say(by("where"), now.board ? "board" : "simulator");
   document.title = now.name ? `${now.name} · leadscrew` : "leadscrew";
   job.stop("a restart of the machine");
   sender.reset();
@@ -153,14 +175,12 @@ function takeRole(now) {
   enable();
 }
 
-/** Bytes on a line of the machine's. @param {Uint8Array} bytes */
-function wire(bytes) {
-  const [channel, fromMachine] = [bytes[1], bytes[2] === 1];
+/** Bytes on a line of the machine's. @param {import("frames").WireFrame} frame */
+function wire({channel, fromMachine, number, bytes}) {
   const isOwn = channel === hello?.channel && role.controls;
-  const number = new DataView(bytes.buffer).getUint32(4, true);
   const reader = readerOf(channel, fromMachine);
   let answers = 0;
-  reader.read(bytes.subarray(8), (line) => {
+  reader.read(bytes, (line) => {
     if (!fromMachine) {
       if (!isOwn) heardSender(channel, line);
       return;
@@ -170,7 +190,8 @@ function wire(bytes) {
       if (isOwn) sender.answer(line, number + answers);
       else answeredSender(channel, number + answers);
     }
-    if (line.startsWith("Grbl ")) {
+    if (isBanner(line)) {
+      if (isOwn && isUnderWay(job.life)) log.add(`The machine was reset. ${account()}`, "bad");
       if (isOwn) job.stop("a reset");
       if (isOwn) sender.reset();
       jobLines.clear();
@@ -291,6 +312,8 @@ function showState(now) {
   const pause = pauseOf(now, sender.oldest?.text ?? "");
   by("pause").hidden = pause === null;
   say(by("pause"), pause ? `${pause.why[0].toUpperCase()}${pause.why.slice(1)}.` : "");
+  by("doubt").hidden = now.doubt === "";
+  say(by("doubt-text"), now.doubt && `The place is not known: ${now.doubt}. Home the machine, or set zero anew.`);
   position.show(now, settings.isLaser, settings.value(30));
   showOverrides(now);
   switches.show(now);
@@ -360,8 +383,10 @@ function enable() {
   const hasErrors = (job.checked?.errors.length ?? 1) > 0;
   const isFree = name === "Idle" && state?.quiet === true && !isUnderWay(job.life) && !sender.isRunning;
   /** @type {HTMLButtonElement} */ (by("run")).disabled = !may || !isFree || !job.checked || hasErrors || job.text === "";
+  /** @type {HTMLButtonElement} */ (by("from")).disabled = !may || !isFree || hasErrors || !job.profile || job.text === "";
+  /** @type {HTMLButtonElement} */ (by("frame")).disabled = !may || !isFree || !boxOfJob();
   if (needsReset(state)) /** @type {HTMLButtonElement} */ (by("home")).disabled = true;
-  /** @type {HTMLButtonElement} */ (by("check")).disabled = !link.isOpen || job.text === "";
+  /** @type {HTMLButtonElement} */ (by("check")).disabled = !link.looks || job.text === "";
   for (const id of ["hold", "reset"]) /** @type {HTMLButtonElement} */ (by(id)).disabled = !link.isOpen;
   /** @type {HTMLButtonElement} */ (by("resume")).disabled = !may || !/^(Hold|Door|Tool)/.test(name);
 }
@@ -419,7 +444,7 @@ function countLines(text) {
 
 /** Changes the machine for that of a file. @param {Uint8Array} file */
 function change(file) {
-  if (!link.change(file)) return log.add("this machine is behind a server: its file is told by --machine", "note");
+  if (!link.change(file)) return log.add(link.hasBoard ? "a board is connected: it has its own settings" : "this machine is behind a server: its file is told by --machine", "note");
   hasFitted = false;
   if (job.text) check();
 }
@@ -433,28 +458,57 @@ function check() {
   checkedZero = state?.offset ?? [];
   say(by("job-facts"), "checking …");
   if (job.life.at !== "done" && job.life.at !== "stopped") job.enter({at: "dropped"});
-  link.send(TO.JOB, `${job.name}\n${job.text}`);
+  link.look({name: job.name}, job.text);
   enable();
 }
 
-/** Runs the job; asks first if something is known to be wrong. */
-function run() {
+/** What is done if a person says so all the same. */
+let dared = () => {};
+
+/** Does what moves the job; asks first if something is known to be wrong. @param {() => void} act */
+function dare(act) {
   const [first, ...more] = job.dangers;
-  if (!first) return start();
-  say(by("ask-text"), `Line ${first.line}: ${first.message}${more.length ? `, and ${more.length} more` : ""}. The machine would run into its end.`);
+  const doubt = state?.doubt ? `The place is not known: ${state.doubt}. ` : "";
+  if (!first && !doubt) return act();
+  const danger = first ? `Line ${first.line}: ${first.message}${more.length ? `, and ${more.length} more` : ""}. The machine would run into its end.` : "";
+  say(by("ask-text"), doubt + danger);
+  dared = act;
   /** @type {HTMLDialogElement} */ (by("ask")).showModal();
 }
 
-function start() {
+/** Runs the job from a line on, behind lines that lead there. @param {number} [line] @param {string[]} [ahead] */
+function start(line = 1, ahead = []) {
   trace.clear();
   link.send(TO.CLEAR);
   jobLines.clear();
   hasRun = true;
-  job.enter({at: "running", line: 1});
+  silent("");
+  job.enter({at: "running", line});
   jobBegan = state?.seconds ?? 0;
-  log.add(job.name, "sent");
-  sender.run(job.lines);
+  log.add(line > 1 ? `${job.name} from line ${line}` : job.name, "sent");
+  for (const text of ahead) log.add(text, "sent");
+  sender.run(job.lines.slice(line - 1), line, ahead);
   enable();
+}
+
+/** The line at which the job stands: where it was stopped, or its first. */
+function standsAt() {
+  if (job.life.at !== "stopped") return 1;
+  const zero = zeroOfJob();
+  return lineAt(job.path, zero.map((place, axis) => (state?.position[axis] ?? 0) - place), job.life.line);
+}
+
+const beginning = new Beginning({
+  job: () => ({lines: job.lines.length, line: standsAt()}),
+  ask: (resume) => link.look({name: job.name, resume}, job.text),
+  go: (line, preamble) => dare(() => start(line, preamble)),
+});
+
+/** The box of the job, machine coordinates. @returns {import("scene").Box | null} */
+function boxOfJob() {
+  const {x, y} = job.checked?.extents ?? {};
+  const [low, high] = [job.path.box?.low[2] ?? 0, job.path.box?.high[2] ?? 0];
+  return x && y ? shifted({low: [x.min, y.min, low], high: [x.max, y.max, high]}, zeroOfJob()) : null;
 }
 
 function reset() {
@@ -496,7 +550,7 @@ function begin() {
   document.documentElement.dataset.theme = kept ?? (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
   /** @type {Record<string, () => void>} */
   const clicks = {
-    hold: () => press(0x21), resume: () => press(0x7e), reset, theme, run, check, home: () => command("$H"), unlock: () => command("$X"), "alarm-reset": reset, "ask-run": start,
+    hold: () => press(0x21), resume: () => press(0x7e), reset, theme, run: () => dare(start), check, home: () => command("$H"), unlock: () => command("$X"), "alarm-reset": reset, "ask-run": () => dared(), trust: () => link.trust(),
     "zero-all": () => command("G10L20P0X0Y0"), "go-zero": () => command("G90G0X0Y0"),
     "view-top": () => look("top"), "view-3d": () => look("3d"), "view-front": () => look("front"), "view-fit": () => view.fit(), "view-machine": () => view.fitMachine(),
     "view-clear": () => {
@@ -521,6 +575,15 @@ function begin() {
     if (line.value && command(line.value)) line.value = "";
   });
   listenForFiles();
+  listenForFraming({
+    box: boxOfJob,
+    now: () => ({z: state?.position[2] ?? 0, full: settings.value(30), laser: settings.isLaser, spindle: (state?.spindle ?? 0) > 0, offset: state?.offset[2] ?? 0}),
+    go: (lines) => lines.forEach((line) => command(line)),
+  });
+  listenForPorts(link, () => !isUnderWay(job.life));
+  window.addEventListener("beforeunload", (event) => {
+    if (link.hasBoard && isUnderWay(job.life)) event.preventDefault();
+  });
   document.addEventListener("keydown", (event) => {
     if (event.key === "Escape" && isBusy()) reset();
     const target = /** @type {HTMLElement} */ (event.target);

@@ -45,7 +45,7 @@ export class Position {
     });
     showHeaters(state);
     say(by("feed"), state.feed.toFixed(0));
-    say(by("queued"), state.queued.toFixed(1));
+    say(by("queued"), Number.isNaN(state.queued) ? "–" : state.queued.toFixed(1));
     say(by("power-name"), laser ? "Laser" : "Spindle");
     const on = state.spindle > 0;
     const power = laser ? `${(state.power * 100).toFixed(0)} %` : `${(state.power * fullPower).toFixed(0)} rpm`;
@@ -89,7 +89,9 @@ export function showOverrides(state) {
   for (const {name, index} of OVERRIDES) say(by(`override-${name.toLowerCase()}`), `${state.overrides[index]} %`);
 }
 
-/** Switches of the simulated machine. */
+const SIMULATED = "The simulated machine's switches. Limit switches, probe and door stay as they are put; buttons spring back.";
+
+/** Switches of the simulated machine, or inputs of a board. */
 export class Switches {
   /** @type {{button: HTMLElement, pressed: (state: State) => boolean}[]} */
   #all = [];
@@ -107,8 +109,9 @@ export class Switches {
       {name: "Start button", key: 2, pressed: bit(3)}, {name: "Reset button", key: 3, pressed: bit(4)},
     ];
     this.#all = [...limits, ...others].map(({name, key, pressed}) => ({
-      button: make("button", {text: name, "aria-pressed": "false", onclick: () => press(key)}), pressed,
+      button: make("button", {text: name, "aria-pressed": "false", disabled: hello.board === true, onclick: () => press(key)}), pressed,
     }));
+    say(by("switches-text"), hello.board ? "The inputs of the board, as it reports them." : SIMULATED);
     by("switches").replaceChildren(...this.#all.map(({button}) => button));
   }
 
@@ -133,6 +136,7 @@ export class SettingsPanel {
   load(settings) {
     const body = by("settings").querySelector("tbody");
     if (!body) return;
+    for (const row of [...body.rows]) if (!settings.byNumber.has(Number(row.dataset.number))) row.remove();
     const rows = [...settings.byNumber.values()].map((one) => {
       const before = document.getElementById(`setting-${one.number}`);
       if (before instanceof HTMLInputElement) {
@@ -141,7 +145,7 @@ export class SettingsPanel {
       }
       const input = make("input", {id: `setting-${one.number}`, value: one.value, inputmode: "decimal", class: "drive", "aria-label": `$${one.number} ${one.name}`});
       input.addEventListener("change", () => this.send(`$${one.number}=${/** @type {HTMLInputElement} */ (input).value}`));
-      return make("tr", {}, [
+      return make("tr", {"data-number": one.number}, [
         make("td", {}, [make("b", {text: `$${one.number} ${one.name}`}), make("br"), make("small", {text: one.description})]),
         make("td", {}, [input]), make("td", {}, [make("small", {text: [one.unit, one.range].filter(Boolean).join(", ")})])]);
     });

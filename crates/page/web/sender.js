@@ -6,6 +6,12 @@
 // eslint-disable-next-line no-control-regex
 const NO_LINE = /[?!~\u0000-\u001f\u007f-\u009f\u00a1]/g;
 
+/** Lines that write to memory: Grbl on a small board loses bytes meanwhile, so nothing is on the way beside one. */
+const ALONE = /^\s*\$\s*(\d+\s*=|I\s*=|N\s*\d|RST)|G0*10\s*L|G0*(28|30)\.1/i;
+
+/** Bytes of a line on the way. @param {string} text */
+const sizeOf = (text) => new TextEncoder().encode(text).length + 1;
+
 /** @typedef {{text: string, job: number}} Line a line, and its number in the job; 0 outside of it */
 
 /**
@@ -44,11 +50,17 @@ export class Sender {
 
   /** The line of the job that was answered last; 0 if none was. */
   last = 0;
+  /** The line of the job that was sent last; 0 if none was. */
+  reached = 0;
+  /** Lines ahead of those of the job, and the number of its first one. */
+  #ahead = {count: 0, first: 1};
 
-  /** @param {string[]} lines */
-  run(lines) {
+  /** @param {string[]} lines of the job @param {number} [first] the number of the first one @param {string[]} [ahead] lines ahead of them */
+  run(lines, first = 1, ahead = []) {
     this.last = 0;
-    this.#job = lines;
+    this.reached = 0;
+    this.#job = [...ahead, ...lines];
+    this.#ahead = {count: ahead.length, first};
     this.#next = 0;
     this.#feed();
   }
@@ -81,7 +93,7 @@ export class Sender {
   answer(answer, number) {
     const line = this.#sent.shift();
     if (!line) return;
-    this.#onTheWay -= line.text.length + 1;
+    this.#onTheWay -= sizeOf(line.text);
     if (line.job) this.last = line.job;
     this.ears.answered(line, answer, number);
     this.#feed();
@@ -92,14 +104,22 @@ export class Sender {
     for (;;) {
       const own = this.#own[0];
       const line = own ?? this.#ofJob();
-      if (!line || (this.#sent.length > 0 && this.#onTheWay + line.text.length + 1 > this.room)) break;
+      if (!line || !this.#hasRoom(line)) break;
       if (own) this.#own.shift();
       else this.#next++;
+      if (line.job) this.reached = line.job;
       this.#sent.push(line);
-      this.#onTheWay += line.text.length + 1;
+      this.#onTheWay += sizeOf(line.text);
       bytes += line.text + "\n";
     }
     if (bytes) this.ears.send(bytes);
+  }
+
+  /** @param {Line} line */
+  #hasRoom(line) {
+    const before = this.#sent.at(-1);
+    if (!before) return true;
+    return this.#onTheWay + sizeOf(line.text) <= this.room && !ALONE.test(line.text) && !ALONE.test(before.text);
   }
 
   /** @returns {Line | null} */
@@ -107,7 +127,7 @@ export class Sender {
     if (this.#next >= this.#job.length) return null;
     const text = this.#job[this.#next];
     // Marks of the tape's ends are no lines.
-    return {text: text.trimStart().startsWith("%") ? "" : text.replace(NO_LINE, "").replace(/\u00a0/g, " "), job: this.#next + 1};
+    return {text: text.trimStart().startsWith("%") ? "" : text.replace(NO_LINE, "").replace(/\u00a0/g, " "), job: this.#ahead.first + Math.max(this.#next - this.#ahead.count, 0)};
   }
 }
 

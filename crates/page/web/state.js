@@ -18,11 +18,12 @@
  * @property {number} running number of the line whose move is under way; 0 for none
  * @property {number} moves moves planned since power-up
  * @property {number} done moves that have begun
- * @property {number} queued seconds of motion in the queue
+ * @property {number} queued seconds of motion in the queue; NaN if it is not known
  * @property {number} spindle 0 off, 1 clockwise, 2 counterclockwise
  * @property {number} coolant bits: flood, mist
  * @property {number[]} position machine position, mm
  * @property {number[]} offset work offset, mm
+ * @property {string} doubt why the place is not known; empty if it is
  */
 
 /**
@@ -36,6 +37,7 @@
  * @property {boolean} normally_closed
  * @property {number} channel the page's own
  * @property {string} work what the tool does: `cut` or `extruded`
+ * @property {boolean} [board] whether it is a board at a port of this computer, and no simulator
  * @property {Record<string, [string, string]>} faults for `error:20` and `ALARM:1`: the event, and the remedy
  */
 
@@ -68,7 +70,7 @@ export function readState(bytes) {
   const [report, alarm, message] = new TextDecoder().decode(bytes.subarray(48 + 8 * axes)).split("\n");
   const [name, ...fields] = report.split("|");
   return {
-    name, alarm, message,
+    name, alarm, message, doubt: "",
     quiet: bytes[1] === 1,
     heaters: heatersOf(fields),
     overrides: [bytes[2], bytes[3], bytes[4]],
@@ -96,7 +98,7 @@ const HEATERS = {N: "nozzle", B: "bed"};
  * Heaters in the fields of a report: `Heat:N,85.2,200.0;B,60.0,60.0`.
  * @param {string[]} fields
  */
-function heatersOf(fields) {
+export function heatersOf(fields) {
   const field = fields.find((one) => one.startsWith("Heat:"))?.slice(5) ?? "";
   return field.split(";").filter(Boolean).map((one) => {
     const [name, now, target] = one.split(",");

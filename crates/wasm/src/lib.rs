@@ -18,7 +18,6 @@
 use leadscrew_jobs::{Finding, Job, Workshop};
 use leadscrew_page::{finding_frame, Alone};
 use leadscrew_sim::profile::Profile;
-use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::path::Path;
 use std::time::Duration;
@@ -99,7 +98,10 @@ pub extern "C" fn hear() {
             return;
         };
         let input = std::mem::take(&mut module.input);
-        if alone.hear(&input, |job| send(&packed(&job))).is_err() {
+        if alone
+            .hear(&input, |job| send(&[&[LOOK], &job.packed()[..]].concat()))
+            .is_err()
+        {
             fail("bytes that no page sends");
         }
     });
@@ -128,7 +130,7 @@ pub extern "C" fn go(ms: f64) {
 #[no_mangle]
 pub extern "C" fn look() {
     let (input, file) = with(|module| (std::mem::take(&mut module.input), module.file.clone()));
-    match unpacked(&input) {
+    match Job::unpacked(&input) {
         Some(job) => {
             let mut tell = |finding: Finding| send(&finding_frame(&finding));
             // To end this early, the caller ends the worker.
@@ -136,33 +138,4 @@ pub extern "C" fn look() {
         }
         None => fail("no job"),
     }
-}
-
-/// The data of a job besides its text: one line of JSON before the text.
-#[derive(Serialize, Deserialize)]
-struct Header {
-    name: String,
-    settings: String,
-    origin: Vec<f32>,
-}
-
-fn packed(job: &Job) -> Vec<u8> {
-    let header = Header {
-        name: job.name.clone(),
-        settings: job.settings.clone(),
-        origin: job.origin.clone(),
-    };
-    let header = serde_json::to_vec(&header).unwrap_or_default();
-    [&[LOOK][..], &header, b"\n", &job.text].concat()
-}
-
-fn unpacked(bytes: &[u8]) -> Option<Job> {
-    let end = bytes.iter().position(|byte| *byte == b'\n')?;
-    let header: Header = serde_json::from_slice(&bytes[..end]).ok()?;
-    Some(Job {
-        name: header.name,
-        text: bytes[end + 1..].to_vec(),
-        settings: header.settings,
-        origin: header.origin,
-    })
 }
