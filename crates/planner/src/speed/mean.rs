@@ -322,7 +322,7 @@ impl Mean {
         let way = 0.5 * (v0 + v) * into;
         let reached = self.place(piece.from) + (way * TWO_32) as i64;
         let next = self.here.units() as i64 + 1;
-        let last = (i64::from(self.here.step()) + 1 << 32) - 1;
+        let last = ((i64::from(self.here.step()) + 1) << 32) - 1;
         let place = reached.max(next).min(last);
         (Place::of(place as u64), max(until - self.now, SOON), v)
     }
