@@ -81,11 +81,12 @@ static void on_closing(unsigned cpu, void *region)
     r->samples++;
 }
 
-/* The four bytes of an instruction as one number, its first halfword lowest; 0 where it has only two. */
+/* The first four bytes of an instruction as one number, its first halfword lowest; 0 if it has only two. Two bytes before
+ * the end of a page QEMU looks ahead, and adds the halfword that it has read to the instruction's own. */
 static uint32_t wide_encoding(const struct qemu_plugin_insn *instruction)
 {
     uint32_t encoding = 0;
-    if (qemu_plugin_insn_size(instruction) != sizeof encoding)
+    if (qemu_plugin_insn_size(instruction) < sizeof encoding)
         return 0;
 #if QP_API >= 3
     qemu_plugin_insn_data(instruction, &encoding, sizeof encoding);

@@ -180,6 +180,11 @@ pub(crate) use machine;
 /// The size of the log's buffer, bytes: a few lines are logged at the start, and then only errors.
 const LOG_BYTES: &str = "512";
 
+/// Inlines less than `.cargo/config.toml` has it: each instruction counts 7 in place of 5. An image
+/// that has to be small takes 7 KB less.
+const INLINES_LESS: &str =
+    "target.thumbv7em-none-eabihf.rustflags=['-C', 'llvm-args=-inline-instr-cost=7']";
+
 /// Builds `board-f407` and returns the path of its ELF. `variables` are the environment variables
 /// that the firmware reads while it is built.
 pub(crate) fn build_with(
@@ -193,7 +198,7 @@ pub(crate) fn build_with(
         command.arg("--config").arg(config);
     }
     if has_to_be_small(variables) {
-        command.arg("--no-default-features");
+        command.args(["--no-default-features", "--config", INLINES_LESS]);
     }
     command
         .args(arguments)

@@ -346,9 +346,6 @@ where
         let changes = self.settings.set(entry, limits);
         self.say_capped(number, changes.as_ref().err());
         let changes = changes?;
-        if number == Setting::Jerk.row().number && self.settings.is_on(Setting::Jerk) {
-            self.console.message(Message::JerkLimit);
-        }
         for change in changes {
             self.store.unsaved.add_setting::<AXES>(change.number);
         }

@@ -27,12 +27,3 @@ fn an_acceleration_that_no_motor_follows_is_capped_and_said() {
     }
     assert_eq!(session.pins.position[0], 2 * 1600);
 }
-
-#[test]
-fn a_jerk_limit_is_set_with_a_warning() {
-    let mut memory = Memory::new();
-    let mut session = Session::boot(&mut memory, MachineConfig::new());
-    let warning = "[MSG:With $705 a hold may exceed the limits of the axes]";
-    assert_eq!(session.line("$705=5000"), [warning, "ok"]);
-    assert_eq!(session.line("$705=0"), ["ok"]);
-}

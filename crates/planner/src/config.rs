@@ -1,7 +1,8 @@
 //! The planner's knowledge of the machine, and the numbers derived from it.
 
+use crate::ease::Ease;
 use crate::path::short::STEPS;
-use crate::real::{max, norm2, sqrt};
+use crate::real::{max, min, norm2, sqrt};
 use crate::{Kinematics, StepsPerMm};
 use core::array::from_fn;
 use leadscrew_stepper::Ticks;
@@ -85,6 +86,36 @@ impl<const AXES: usize> Default for Config<AXES> {
     }
 }
 
+impl<const AXES: usize> Config<AXES> {
+    /// The highest step rate of a motor, steps/s.
+    pub(crate) fn step_rate(&self) -> f32 {
+        self.timer_hz as f32 / self.shortest_tick.0.max(1) as f32
+    }
+
+    /// The average over the plan, if the jerk is limited. Limits are multiplied by [`MARGIN`].
+    fn ease(&self) -> Option<Ease> {
+        let steps = self.steps_per_mm.map(|steps| steps.to_f32());
+        let rates = from_fn(|axis| min(self.max_rate[axis], self.step_rate() / steps[axis]));
+        let accelerations = self.acceleration.map(|a| a * MARGIN);
+        let finest = steps.iter().copied().fold(0.0, max);
+        Ease::new(self.jerk * MARGIN, &rates, &accelerations, finest)
+    }
+
+    /// The longest time that any motion takes to stop, seconds. It is the time of the axis that
+    /// takes longest by itself: no path of several axes takes longer. The machine asks how much
+    /// motion is to wait in the queue.
+    pub fn longest_stop(&self) -> f32 {
+        let ease = self.ease();
+        let (most, mean) = ease.map_or((f32::INFINITY, 0.0), |ease| {
+            (ease.acceleration, ease.seconds)
+        });
+        let axes = self.max_rate.iter().zip(&self.acceleration);
+        mean + axes.fold(0.0, |longest: f32, (rate, acceleration)| {
+            max(longest, rate / min(*acceleration, most))
+        })
+    }
+}
+
 /// Shares of the programmed speed at which moves run, in per cent.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -143,6 +174,8 @@ pub(crate) struct Limits<const AXES: usize> {
     /// `short`). With uneven axes it is the greatest such length (see `coarse`).
     pub(crate) short2: f32,
     pub(crate) unit: SpeedUnit,
+    /// The average over the plan, if the jerk is limited.
+    pub(crate) ease: Option<Ease>,
 }
 
 impl<const AXES: usize> Limits<AXES> {
@@ -165,9 +198,10 @@ impl<const AXES: usize> Limits<AXES> {
             is_uneven: Self::are_uneven(&half_step),
             half_step,
             per_rate: config.max_rate.map(|rate| 1.0 / (rate * MARGIN)),
-            step_rate: config.timer_hz as f32 / config.shortest_tick.0.max(1) as f32,
+            step_rate: config.step_rate(),
             deviation: config.junction_deviation,
             unit: SpeedUnit::for_top_speed(sqrt(norm2(&config.max_rate))),
+            ease: config.ease(),
         }
     }
 }

@@ -4,11 +4,11 @@
 //! many moves instead of a few and prints the worst edges.
 
 use crate::emit::fit::Carry;
-use crate::emit::running::{Aim, Goal, Running, Timing};
+use crate::emit::running::drive::{Aim, Goal};
+use crate::emit::running::{Running, Timing};
 use crate::moves::PlannedMove;
 use crate::reference::{to, Exact, Player};
-use crate::speed::plan::{Place, Plan};
-use crate::{Profile, SCurve};
+use crate::{Profile, Trapezoid};
 use leadscrew_stepper::{Early, Interval, Segment};
 use std::boxed::Box;
 use std::vec::Vec;
@@ -86,8 +86,6 @@ struct Case {
     exit: f32,
     /// Whether holds and overrides come between segments.
     interrupted: bool,
-    /// Steps/s³; 0 for no limit.
-    jerk: f32,
     /// Seconds.
     shortest_tick: f32,
 }
@@ -107,19 +105,7 @@ impl Case {
             entry: random.speed(rate),
             exit: random.speed(rate),
             interrupted: random.next() < 0.3,
-            jerk: 0.0,
             shortest_tick: TIMING.shortest_tick,
-        }
-    }
-
-    /// A random case with a jerk limit: the acceleration grows in 1 to 100 ms.
-    fn with_jerk(seed: u32) -> Self {
-        let case = Self::new(seed);
-        let seconds = Random::new(seed ^ 0x5555).ten_to(-3.0, -1.0);
-        Self {
-            jerk: case.acceleration / seconds,
-            interrupted: false,
-            ..case
         }
     }
 
@@ -166,25 +152,6 @@ impl Case {
         Running::new(&planned, self.entry * self.entry).unwrap()
     }
 
-    /// A profile with limited jerk: to the exit speed, or to rest where it cannot be reached.
-    fn eased(&self) -> SCurve {
-        let exits = [self.exit, 0.0, self.entry];
-        let curve = exits.into_iter().find_map(|exit| {
-            let plan = Plan {
-                start: Place::at(0),
-                end: self.delta[0] as u32,
-                beyond: 0.0,
-                entry_v2: self.entry * self.entry,
-                cruise: self.rate,
-                exit_v2: exit * exit,
-                up: self.acceleration,
-                down: self.acceleration,
-            };
-            SCurve::new(&plan, 0.0, self.jerk)
-        });
-        curve.expect("a profile that ends as fast as it begins")
-    }
-
     fn aim(&self, goal: Goal, share: f32) -> Aim {
         Aim {
             steps_after: 0,
@@ -195,6 +162,7 @@ impl Case {
             up: self.acceleration,
             down: self.acceleration,
             stop: self.acceleration,
+            stop_after: 0,
         }
     }
 }
@@ -202,14 +170,9 @@ impl Case {
 /// Seconds from the start of a profile to a place in it.
 type Times = Box<dyn Fn(f64) -> f64>;
 
-fn times(profile: &Profile) -> Times {
-    match *profile {
-        Profile::Trapezoid(of) => {
-            let exact = Exact::new(&of);
-            Box::new(move |s| exact.time(s))
-        }
-        Profile::SCurve(of) => Box::new(move |s| of.exact_time(s)),
-    }
+fn times(profile: &Trapezoid) -> Times {
+    let exact = Exact::new(profile);
+    Box::new(move |s| exact.time(s))
 }
 
 /// The profiles that a move ran on, one after the other.
@@ -221,14 +184,17 @@ struct Schedule {
 
 impl Schedule {
     fn add(&mut self, running: &Running<3>) {
-        if running.profile().start() != running.here() {
+        let Profile::Trapezoid(profile) = running.profile() else {
+            panic!("no mean without a jerk limit")
+        };
+        if profile.start() != running.here() {
             return; // the one in force is kept
         }
         let place = running.here();
         let start = place.units() as f64 / 4_294_967_296.0;
         let at = self.time(start);
         self.profiles.retain(|(from, ..)| *from < start);
-        self.profiles.push((start, at, times(running.profile())));
+        self.profiles.push((start, at, times(profile)));
     }
 
     /// Seconds from the move's start to position `s`.
@@ -244,6 +210,13 @@ impl Schedule {
 /// The edges of a move's motors, seconds.
 type Edges = [Vec<f64>; 3];
 
+/// Makes the profile of a move anew.
+fn plan(running: &mut Running<3>, aim: Aim, timing: Timing) {
+    if let Profile::Trapezoid(profile) = running.profile {
+        running.follow(running.drive.planned(&profile, aim), timing);
+    }
+}
+
 /// Plays a move; `meddle` may spoil each of its segments.
 fn play(case: &Case, mut meddle: impl FnMut(&mut Segment<3>)) -> (Schedule, Edges) {
     let random = &mut Random::new(!case.seed);
@@ -251,11 +224,7 @@ fn play(case: &Case, mut meddle: impl FnMut(&mut Segment<3>)) -> (Schedule, Edge
     let (mut schedule, mut edges) = (Schedule::default(), Edges::default());
     let going = |share| case.aim(Goal::End, share);
     let timing = case.timing();
-    if case.jerk > 0.0 {
-        running.follow(Profile::SCurve(case.eased()), timing);
-    } else {
-        running.follow(running.planned(going(1.0)), timing);
-    }
+    plan(&mut running, going(1.0), timing);
     schedule.add(&running);
     while !running.at_end() {
         let mut segment = running.segment(timing, &mut carry, Goal::End);
@@ -277,7 +246,7 @@ fn play(case: &Case, mut meddle: impl FnMut(&mut Segment<3>)) -> (Schedule, Edge
             going(0.2 + random.next())
         };
         if !running.at_end() {
-            running.follow(running.planned(aim), timing);
+            plan(&mut running, aim, timing);
             schedule.add(&running);
         }
     }
@@ -338,11 +307,6 @@ fn edges_of(case: &Case) -> usize {
 #[test]
 fn every_edge_of_random_moves_lies_on_the_profile() {
     check(FEW, Case::new);
-}
-
-#[test]
-fn with_a_jerk_limit_every_edge_of_undisturbed_moves_lies_on_the_profile() {
-    check(FEW / 5, Case::with_jerk);
 }
 
 #[test]
@@ -416,7 +380,6 @@ fn the_cases_of_the_segment_study_hold() {
             entry: 0.0,
             exit: 0.0,
             interrupted: false,
-            jerk: 0.0,
             shortest_tick: TIMING.shortest_tick,
         };
         let worst = worst(&case, |_| ());

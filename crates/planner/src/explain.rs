@@ -4,6 +4,7 @@
 
 use crate::moves::PlannedMove;
 use crate::space::polygon::cap;
+use crate::space::zones::fastest;
 use crate::{Kinematics, Planner};
 
 /// The values that a queued move was planned with.
@@ -68,7 +69,11 @@ where
 
     /// Whether the curvature bounds the speed at the start of a move, and not the corner.
     fn is_curve(&self, planned: &PlannedMove<AXES, MOTORS>) -> bool {
-        self.unit().units(cap(&planned.bend)) <= planned.corner
+        let v2 = match self.ease() {
+            Some(_) => fastest(planned.law()[0]),
+            None => cap(&planned.bend),
+        };
+        self.unit().units(v2) <= planned.corner
     }
 }
 

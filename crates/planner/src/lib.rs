@@ -28,6 +28,7 @@
 
 mod ahead;
 mod config;
+mod ease;
 mod emit;
 #[cfg(test)]
 mod exactness;
@@ -54,9 +55,9 @@ pub use space::target::{
     Cartesian, Coordinate, CoreXy, Ganged, Kinematics, StepsPerMm, NANOS_PER_MM,
 };
 pub use space::train::Train;
+pub(crate) use speed::mean::Mean;
 pub(crate) use speed::plan::Place;
 pub(crate) use speed::profile::{Profile, Trapezoid};
-pub(crate) use speed::s_curve::SCurve;
 pub use valid::{ConfigError, MoveError, OverrideError};
 
 #[cfg(test)]
@@ -77,8 +78,6 @@ mod drift_tests;
 mod edges_tests;
 #[cfg(test)]
 mod energy_tests;
-#[cfg(test)]
-mod jerk_tests;
 #[cfg(test)]
 mod limits_tests;
 #[cfg(test)]

@@ -226,6 +226,36 @@ impl<const AXES: usize, const MOTORS: usize> PlannedMove<AXES, MOTORS> {
         self.is_straight() && self.corner < u32::MAX
     }
 
+    /// With a jerk limit, once the turn at the move's start is known, `bend` holds the law of the
+    /// curve there (see `zones`): `b` and `q`.
+    pub(crate) fn law(&self) -> [f32; 2] {
+        self.bend.first().map_or([0.0; 2], |packed| unpack(*packed))
+    }
+
+    /// Sets the numbers of [`PlannedMove::law`]. What is near the move is not known yet.
+    pub(crate) fn set_law(&mut self, law: [f32; 2]) {
+        self.bend = [0.0; AXES];
+        if let Some(first) = self.bend.first_mut() {
+            *first = pack(law);
+        }
+    }
+
+    /// With a jerk limit, once the move is planned: the law of all places near it, and the highest
+    /// squared speed by them (mm²/s²), if they are the same all along the move.
+    pub(crate) fn near(&self) -> Option<([f32; 2], f32)> {
+        let [_, law, top_v2, ..] = self.bend.as_slice() else {
+            return None;
+        };
+        (*top_v2 > 0.0).then(|| (unpack(*law), *top_v2))
+    }
+
+    /// Sets the numbers of [`PlannedMove::near`]. Two axes have no room for them.
+    pub(crate) fn set_near(&mut self, near: Option<([f32; 2], f32)>) {
+        if let [_, law, top_v2, ..] = self.bend.as_mut_slice() {
+            (*law, *top_v2) = near.map_or((0.0, 0.0), |(near, top_v2)| (pack(near), top_v2));
+        }
+    }
+
     /// Whether `of` is a straight move that differs from this one only in its target.
     pub(crate) fn goes_on_with(&self, of: &Move<AXES>) -> bool {
         self.pixels == 0
@@ -246,6 +276,30 @@ impl<const AXES: usize, const MOTORS: usize> PlannedMove<AXES, MOTORS> {
     }
 }
 
+/// The bits of an `f32` below those that are packed, and the least number that is packed.
+const DROPPED: u32 = 13;
+const LEAST: u32 = (127 - 47) << 23;
+
+/// Two numbers below 2¹⁷ in the bits of one, each rounded up to 11 bits; 2⁻⁴⁷ stands for all smaller
+/// ones, but 0 stays 0.
+fn pack(numbers: [f32; 2]) -> f32 {
+    let [high, low] = numbers.map(|number| {
+        let above = number.clamp(0.0, 130_000.0).to_bits().saturating_sub(LEAST);
+        let rounded = above.saturating_add((1 << DROPPED) - 1) >> DROPPED;
+        rounded.max(u32::from(number > 0.0))
+    });
+    f32::from_bits(high << 16 | low)
+}
+
+/// The numbers that [`pack`] has put in one.
+fn unpack(packed: f32) -> [f32; 2] {
+    let bits = packed.to_bits();
+    [bits >> 16, bits & 0xFFFF].map(|half| match half {
+        0 => 0.0,
+        _ => f32::from_bits((half << DROPPED) + LEAST),
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -253,6 +307,19 @@ mod tests {
     #[test]
     fn a_planned_move_of_three_motors_fits_76_bytes() {
         assert_eq!(core::mem::size_of::<PlannedMove<3, 3>>(), 76);
+    }
+
+    #[test]
+    fn packed_numbers_are_rounded_up_by_a_thousandth_at_most() {
+        assert_eq!(unpack(pack([0.0, 0.0])), [0.0, 0.0]);
+        let mut number = 1e5f32;
+        while number > 2e-14 {
+            let [same, other] = unpack(pack([number, number * 0.7]));
+            for (got, asked) in [(same, number), (other, number * 0.7)] {
+                assert!(got >= asked && got <= asked * 1.001, "{got} {asked}");
+            }
+            number *= 0.83;
+        }
     }
 
     #[test]

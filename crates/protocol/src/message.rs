@@ -43,8 +43,6 @@ pub enum Message {
     NoStepInterrupt,
     /// Stored values are damaged: defaults are in force.
     SettingsLost,
-    /// A jerk limit was set: a stop may exceed the limits of the axes.
-    JerkLimit,
     /// A setting asks for more than the board can make, with the values that would work.
     Capped(Capped),
 }
@@ -98,7 +96,6 @@ impl Message {
             Self::Sleeping => "Sleeping",
             Self::NoStepInterrupt => "The step interrupt does not come: nothing moves",
             Self::SettingsLost => "Stored values lost, defaults in force: check them, then $X",
-            Self::JerkLimit => "With $705 a hold may exceed the limits of the axes",
             Self::Capped(capped) if capped.is_acceleration() => "Acceleration",
             Self::Capped(_) => "Step rate",
         }

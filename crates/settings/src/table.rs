@@ -177,7 +177,7 @@ rows! {
         GrblCorners = 704, Motion, Kind::Switch, 0, "Grbl's corner rule", "",
             "Bounds speed by junction deviation alone, as Grbl does: quicker round arcs and curves, at more than their acceleration.";
         Jerk = 705, Motion, ROUNDED, 0, "Jerk", "mm/s3",
-            "How fast the acceleration along the path may change; 0 for no limit. A hold may exceed limits under it.";
+            "How fast the acceleration along the path may change; 0 for no limit.";
         SwitchFilter = 706, Switches, Kind::Whole { max: 10_000 }, 200_000, "Switch filter", "us",
             "How long a switch keeps a new level before it counts: longer than the spikes of a spindle's cable.";
         LaserPatience = 707, Tool, DECIMAL, 2_000, "Laser dead-man", "s",

@@ -262,6 +262,8 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
     /// The power from the last tick that was taken on. Within a segment it is the power of the
     /// segment. At the end of a segment it is the power of the `next` segment, or, if motion
     /// ends, the power at rest. It stays as it is while the next segment is missing.
+    // A call takes 7 cycles of each tick in an image that inlines less.
+    #[inline(always)]
     pub(crate) fn next_power(&self, next: impl FnOnce() -> Option<Power>) -> Power {
         if self.ticks_left > 0 {
             self.power.changed_by(self.power_change)

@@ -8,7 +8,7 @@
 //! ```
 //!
 //! Each check boots a board of its own. Checks that measure interrupts empty the flash's caches at
-//! every exception. `cargo fw-test --list` names the checks; `.ci/run firmware` runs most of them. `cargo
+//! every exception. `cargo fw-test --list` names the checks; `.ci/run firmware` runs them. `cargo
 //! fw-test --planted` plants faults in the firmware, one after the other, and makes sure that the
 //! checks find them.
 #![forbid(unsafe_code)]

@@ -112,6 +112,46 @@ pub(crate) trait Braking<const AXES: usize, const MOTORS: usize> {
     /// The highest squared speed at the end of a move that `after` follows, and the gains there,
     /// whatever the overrides.
     fn ends(&self, planned: &PlannedMove<AXES, MOTORS>, after: &PlannedMove<AXES, MOTORS>) -> Ends;
+
+    /// Whether the jerk is limited. Then the methods below are asked, and not those above.
+    fn is_eased(&self) -> bool;
+
+    /// As [`Braking::gain`] for the move at `index` of `path`, with the limits of the moves near it;
+    /// `None` if its turn is not known.
+    fn eased_gain(&self, path: &Path<'_, AXES, MOTORS>, index: usize, v2: u32) -> Option<u32>;
+
+    /// As [`Braking::ends`] for the move at `index` of `path`, with the limits of the moves near it.
+    fn eased_ends(&self, path: &Path<'_, AXES, MOTORS>, index: usize) -> Ends;
+
+    /// The limits of the move at `index` of `path` by the moves near it.
+    fn near(&self, path: &Path<'_, AXES, MOTORS>, index: usize) -> Option<Near>;
+}
+
+/// The limits of a move by the moves near it, with a jerk limit.
+pub(crate) struct Near {
+    /// The highest squared speed at its start, units.
+    pub(crate) start: u32,
+    /// What to keep with the move (see [`PlannedMove::near`]).
+    pub(crate) kept: Option<([f32; 2], f32)>,
+}
+
+/// The moves whose turns are known, the first of the queue first.
+pub(crate) struct Path<'m, const AXES: usize, const MOTORS: usize> {
+    moves: &'m DequeView<PlannedMove<AXES, MOTORS>>,
+    settled: usize,
+    is_closed: bool,
+}
+
+impl<const AXES: usize, const MOTORS: usize> Path<'_, AXES, MOTORS> {
+    /// The move at `index`, if its turn is known.
+    pub(crate) fn at(&self, index: usize) -> Option<&PlannedMove<AXES, MOTORS>> {
+        self.moves.get(index).filter(|_| index < self.settled)
+    }
+
+    /// Whether motion rests at the end of the last move, whatever comes after it.
+    pub(crate) const fn ends(&self) -> bool {
+        self.is_closed
+    }
 }
 
 /// The moves that have changed since speeds were found.
@@ -147,8 +187,16 @@ pub(crate) struct LookAhead<'q, const AXES: usize, const MOTORS: usize> {
     first: u16,
     /// Whether the first move runs: its start no longer limits anything.
     running: bool,
+    /// With a jerk limit: how many moves, from the first one on, the plan has passed. Segments of
+    /// them are still to be made.
+    behind: usize,
     /// How many moves, from the first one on, are in the plan.
     planned: usize,
+    /// The turns at the starts of how many moves are known. Without a jerk limit these moves are in
+    /// the plan.
+    settled: usize,
+    /// The number of the move that is to begin at rest, although its turn may not be known yet.
+    rests: Option<u16>,
     /// The moves that have changed since speeds were found.
     stale: Stale,
     /// The number of the first move whose speed was not found move by move.
@@ -172,7 +220,10 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
             blocks,
             first: 0,
             running: false,
+            behind: 0,
             planned: 0,
+            settled: 0,
+            rests: None,
             stale: Stale::All,
             walked: 0,
             found: 0,
@@ -192,19 +243,42 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
 
     /// How many moves are planned that do not run.
     pub(crate) fn waiting(&self) -> usize {
-        self.planned.saturating_sub(usize::from(self.running))
+        self.planned.saturating_sub(self.begun())
+    }
+
+    /// How many moves the plan has begun, from the first one on.
+    const fn begun(&self) -> usize {
+        self.behind + self.running as usize
     }
 
     /// The move that runs, if one does.
     pub(crate) fn running(&self) -> Option<&PlannedMove<AXES, MOTORS>> {
-        self.moves.front().filter(|_| self.running)
+        self.moves.get(self.behind).filter(|_| self.running)
+    }
+
+    /// The first move that the plan has begun: its segments come next.
+    pub(crate) fn front(&self) -> Option<&PlannedMove<AXES, MOTORS>> {
+        self.moves.front().filter(|_| self.begun() > 0)
+    }
+
+    /// The index of the move that runs, or of the next one.
+    pub(crate) const fn at(&self) -> usize {
+        self.behind
+    }
+
+    /// The moves whose turns are known.
+    pub(crate) fn path(&self) -> Path<'_, AXES, MOTORS> {
+        let next = self.number(self.settled);
+        Path {
+            moves: self.moves,
+            settled: self.settled,
+            is_closed: self.rests == Some(next),
+        }
     }
 
     /// The first move that does not run, if it is planned.
     pub(crate) fn next(&self) -> Option<&PlannedMove<AXES, MOTORS>> {
-        self.moves
-            .get(usize::from(self.running))
-            .filter(|_| self.waiting() > 0)
+        self.moves.get(self.begun()).filter(|_| self.waiting() > 0)
     }
 
     /// Appends a move that is not planned yet. The caller has checked that there is room.
@@ -212,14 +286,74 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         let _room = self.moves.push_back(*planned);
     }
 
-    /// The move that was planned last.
-    pub(crate) fn last_planned(&self) -> Option<&PlannedMove<AXES, MOTORS>> {
-        self.moves.get(self.planned.checked_sub(1)?)
+    /// The last move whose turn is known.
+    pub(crate) fn last_settled(&self) -> Option<&PlannedMove<AXES, MOTORS>> {
+        self.moves.get(self.settled.checked_sub(1)?)
     }
 
-    /// Plans the first move that is not planned yet. `begin` sets the limits at its start; later
-    /// only overrides change them.
-    pub(crate) fn plan(
+    /// The turn at the start of one more move is known. `begin` sets the limits there; later only
+    /// overrides change them. It takes the move, and whether that begins at rest whatever its turn.
+    pub(crate) fn settle(&mut self, begin: impl FnOnce(&mut PlannedMove<AXES, MOTORS>, bool)) {
+        let rests = self.rests == Some(self.number(self.settled));
+        let Some(of) = self.moves.get_mut(self.settled) else {
+            return;
+        };
+        begin(of, rests);
+        if rests {
+            self.rests = None;
+        }
+        self.settled += 1;
+    }
+
+    /// Whether some queued move is not planned.
+    pub(crate) fn is_unplanned(&self) -> bool {
+        self.planned < self.moves.storage_len()
+    }
+
+    /// The two moves that meet at the next turn to be known.
+    pub(crate) fn next_turn(&self) -> [Option<&PlannedMove<AXES, MOTORS>>; 2] {
+        let before = self.settled.checked_sub(1);
+        [before, Some(self.settled)].map(|index| self.moves.get(index?))
+    }
+
+    /// Whether the turns of all moves are known.
+    pub(crate) fn is_settled(&self) -> bool {
+        self.settled == self.moves.storage_len()
+    }
+
+    /// The index of the first move that is not planned.
+    pub(crate) const fn next_to_plan(&self) -> usize {
+        self.planned
+    }
+
+    /// Makes motion rest at the end of the last queued move, whatever comes after it.
+    pub(crate) fn close(&mut self) {
+        self.rests = Some(self.number(self.moves.storage_len()));
+    }
+
+    /// Bounds the squared speed (units) at the end of the first move that is not planned.
+    pub(crate) fn slow_down(&mut self, v2: u32) {
+        let index = self.planned + 1;
+        if let Some(after) = self.moves.get_mut(index).filter(|_| index < self.settled) {
+            after.corner = after.corner.min(v2);
+            after.cap = after.cap.min(v2);
+        }
+    }
+
+    /// Plans the first move that is not planned yet, with a jerk limit. `near`: the limits of the
+    /// move by the moves near it.
+    #[inline(never)]
+    pub(crate) fn plan_near(&mut self, braking: &impl Braking<AXES, MOTORS>, near: Near) {
+        if self.planned < self.settled {
+            self.keep_near(self.planned, near);
+            self.plan(braking);
+        }
+    }
+
+    /// Without a jerk limit: the turn at the start of one more move is known, and the move is planned.
+    /// `begin` sets the limits there.
+    #[inline(always)] // two calls would take 35 more instructions for each line
+    pub(crate) fn plan_settled(
         &mut self,
         braking: &impl Braking<AXES, MOTORS>,
         begin: impl FnOnce(&mut PlannedMove<AXES, MOTORS>),
@@ -228,6 +362,13 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
             return;
         };
         begin(of);
+        self.settled = self.planned + 1;
+        self.plan(braking);
+    }
+
+    /// Plans the first move that is not planned yet; its turn is known.
+    #[inline(always)]
+    fn plan(&mut self, braking: &impl Braking<AXES, MOTORS>) {
         if let Some(open) = self.planned.checked_sub(1) {
             self.fold(open, braking);
         }
@@ -235,12 +376,24 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         self.stale = self.stale.max(Stale::End);
     }
 
+    /// Bounds the speed at the start of the move at `index` by the moves near it, with a jerk limit.
+    fn keep_near(&mut self, index: usize, near: Near) {
+        if let Some(of) = self.moves.get_mut(index) {
+            of.cap = of.cap.min(near.start);
+            of.set_near(near.kept);
+        }
+    }
+
     /// Adds the move at `index`, which another move follows, to the map of its block.
     fn fold(&mut self, index: usize, braking: &impl Braking<AXES, MOTORS>) {
         let (Some(of), Some(after)) = (self.moves.get(index), self.moves.get(index + 1)) else {
             return;
         };
-        let map = Map::new(of.cap, braking.ends(of, after));
+        let ends = match braking.is_eased() {
+            true => self.eased_ends(index, braking),
+            false => braking.ends(of, after),
+        };
+        let map = Map::new(of.cap, ends);
         let number = self.number(index);
         let begins = number & self.mask() == 0;
         let at = self.block_at(self.block_of(number));
@@ -249,11 +402,11 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         }
     }
 
-    /// The last queued move, unless it is the running one, and whether it is planned.
+    /// The last queued move, unless it is the running one, and whether its turn is known.
     pub(crate) fn last_waiting(&self) -> Option<(&PlannedMove<AXES, MOTORS>, bool)> {
-        let waiting = self.moves.storage_len() > usize::from(self.running);
+        let waiting = self.moves.storage_len() > self.begun();
         let last = self.moves.back().filter(|_| waiting)?;
-        Some((last, self.planned == self.moves.storage_len()))
+        Some((last, self.is_settled()))
     }
 
     /// The last move, which does not run, to be made longer. The longer move begins as before and
@@ -268,17 +421,32 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
     /// Ends the move that runs, if one does, and starts the next one.
     pub(crate) fn start_next(&mut self) -> Option<&PlannedMove<AXES, MOTORS>> {
         self.finish();
-        self.running = self.planned > 0;
+        self.running = self.planned > self.behind;
         self.running()
     }
 
     /// Removes the move that runs, if one does.
     pub(crate) fn finish(&mut self) {
         if self.running {
+            self.pass();
+            self.retire();
+        }
+    }
+
+    /// Notes that the plan has come to the end of the move that runs.
+    pub(crate) fn pass(&mut self) {
+        self.behind += usize::from(self.running);
+        self.running = false;
+    }
+
+    /// Removes the first move, which the plan has passed.
+    pub(crate) fn retire(&mut self) {
+        if self.behind > 0 {
             self.moves.pop_front();
+            self.behind -= 1;
             self.planned -= 1;
+            self.settled -= 1;
             self.first = self.first.wrapping_add(1);
-            self.running = false;
             self.renewed = self.renewed.map(|count| count.saturating_sub(1));
         }
     }
@@ -308,17 +476,17 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
 
     /// The first move that does not run, planned or not.
     pub(crate) fn next_queued(&self) -> Option<&PlannedMove<AXES, MOTORS>> {
-        self.moves.get(usize::from(self.running))
+        self.moves.get(self.begun())
     }
 
     /// The number of the first move that does not run.
     pub(crate) fn first_waiting(&self) -> u16 {
-        self.first.wrapping_add(u16::from(self.running))
+        self.first.wrapping_add(self.begun() as u16)
     }
 
     /// Begins to set every cap anew: an override has changed. Go on with [`LookAhead::renew`].
     pub(crate) fn begin_renewal(&mut self) {
-        self.renewed = Some(0);
+        self.renewed = Some(self.behind);
     }
 
     /// Whether caps are being changed for new overrides.
@@ -326,21 +494,31 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         self.renewed.is_some()
     }
 
-    /// Sets the caps of one more block of moves anew. `cap` takes each move together with the move
+    /// Sets the caps of one more block of moves anew, of `most` moves at most. `cap` takes each move together with the move
     /// before it.
     pub(crate) fn renew(
         &mut self,
         braking: &impl Braking<AXES, MOTORS>,
+        most: usize,
         cap: impl Fn(Option<&PlannedMove<AXES, MOTORS>>, &PlannedMove<AXES, MOTORS>) -> u32,
     ) {
         let Some(from) = self.renewed else { return };
         let into = usize::from(self.number(from) & self.mask());
-        let to = (from + (1 << self.block_bits) - into).min(self.moves.storage_len());
+        let most = most.min((1 << self.block_bits) - into);
+        let (to, eased) = (
+            (from + most).min(self.moves.storage_len()),
+            braking.is_eased(),
+        );
         for index in from..to {
             let before = index.checked_sub(1).and_then(|index| self.moves.get(index));
             let cap = self.moves.get(index).map_or(0, |of| cap(before, of));
             if let Some(of) = self.moves.get_mut(index) {
                 of.cap = cap;
+            }
+            if eased && index < self.planned {
+                if let Some(near) = braking.near(&self.path(), index) {
+                    self.keep_near(index, near);
+                }
             }
             if index + 1 < self.planned {
                 self.fold(index, braking);
@@ -354,7 +532,8 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
     pub(crate) fn clear(&mut self) {
         self.moves.clear();
         self.running = false;
-        self.planned = 0;
+        (self.behind, self.planned, self.settled) = (0, 0, 0);
+        self.rests = None;
         self.stale = Stale::All;
         self.renewed = None;
     }
@@ -385,7 +564,7 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
     /// from the end of the plan backwards, then move by move up to the running move. It stops where
     /// the speeds are as they were.
     pub(crate) fn find(&mut self, braking: &impl Braking<AXES, MOTORS>) {
-        let next = usize::from(self.running);
+        let next = self.begun();
         let Some(open) = self.planned.checked_sub(1).filter(|open| *open >= next) else {
             return;
         };
@@ -415,10 +594,17 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
         open: usize,
         braking: &impl Braking<AXES, MOTORS>,
     ) -> Reach {
+        let eased = match braking.is_eased() {
+            true => Some(self.eased_gain(open, 0, braking)),
+            false => None,
+        };
         let Some(last) = self.moves.get_mut(open) else {
             return Reach::default();
         };
-        let gain = braking.gain(last, None, 0);
+        let gain = match eased {
+            Some(gain) => gain,
+            None => braking.gain(last, None, 0),
+        };
         let mut reach = Reach::bounded(gain.into(), last.cap, true);
         (last.entry, last.bound_by_end) = (reach.v2, reach.bound_by_end);
         if near == open {
@@ -460,13 +646,16 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
         after: Reach,
         braking: &impl Braking<AXES, MOTORS>,
     ) {
-        let known = self.known(self.walked);
+        let (known, eased) = (self.known(self.walked), braking.is_eased());
         let mut reach = after;
         for index in (next..near).rev() {
             let Some(of) = self.moves.get(index) else {
                 return;
             };
-            let gain = braking.gain(of, self.moves.get(index + 1), reach.v2);
+            let gain = match eased {
+                true => self.eased_gain(index, reach.v2, braking),
+                false => braking.gain(of, self.moves.get(index + 1), reach.v2),
+            };
             reach = Reach::bounded(
                 u64::from(reach.v2) + u64::from(gain),
                 of.cap,
@@ -481,6 +670,18 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
             }
             (of.entry, of.bound_by_end) = (reach.v2, reach.bound_by_end);
         }
+    }
+
+    /// As [`Braking::eased_gain`] for the planned move at `index`.
+    #[inline(never)]
+    fn eased_gain(&self, index: usize, v2: u32, braking: &impl Braking<AXES, MOTORS>) -> u32 {
+        braking.eased_gain(&self.path(), index, v2).unwrap_or(0)
+    }
+
+    /// As [`Braking::eased_ends`] for the planned move at `index`.
+    #[inline(never)]
+    fn eased_ends(&self, index: usize, braking: &impl Braking<AXES, MOTORS>) -> Ends {
+        braking.eased_ends(&self.path(), index)
     }
 
     /// Whether the speed at the start of a block was found the last time.

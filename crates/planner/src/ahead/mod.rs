@@ -4,4 +4,3 @@ pub(crate) mod lookahead;
 mod map;
 pub(crate) mod queue;
 pub(crate) mod time_left;
-pub(crate) mod waypoints;

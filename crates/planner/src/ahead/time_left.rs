@@ -4,12 +4,13 @@
 //! speeds at the borders of blocks. Here the speed at the start of every move is found, and with it
 //! the ramps of the move. In this calculation each part of a move counts as a single step.
 //!
-//! With a jerk limit the sum is an estimate: a ramp counts with the mean acceleration that it has
-//! from rest to the nominal speed.
+//! With a jerk limit the sum is an estimate: the plan slows down a little before slow places, which
+//! is left out.
 //!
 //! Moves may begin and be queued while the sum is under way. The time of a move that ends meanwhile
 //! still counts: an error of some milliseconds.
 
+use crate::ahead::lookahead::Path;
 use crate::moves::PlannedMove;
 use crate::planner::nominal;
 use crate::real::{min, sqrt};
@@ -17,7 +18,6 @@ use crate::space::axis_limits::AxisLimits;
 use crate::space::axis_limits::Whereabouts;
 use crate::speed::plan::{Place, Plan};
 use crate::speed::profile::Trapezoid;
-use crate::speed::ramp::{self, Limits};
 use crate::{Kinematics, Planner, Segmenter};
 
 /// A sum under way.
@@ -43,10 +43,12 @@ where
 {
     /// Begins a sum with the rest of the move that `segmenter` runs.
     pub fn time_left(&self, segmenter: &Segmenter<AXES, MOTORS>) -> TimeLeft {
-        let (mut seconds, mut speed, left) = segmenter.rest_of_part();
+        let (mut seconds, mut speed, left) = segmenter.rest_of_part(self.ease());
         let queue = self.queue();
         if let Some(running) = queue.running().filter(|_| left > 0) {
             let over = Over {
+                path: &queue.path(),
+                index: queue.at(),
                 planned: running,
                 after: queue.next(),
                 limit_v2: self.unit().v2(queue.exit_limit()),
@@ -57,9 +59,8 @@ where
                 steps: left,
                 way: 0.0,
                 at_start: false,
-                brakes_to_rest: false,
             };
-            let (more, end) = over.from(at, &self.axis_limits());
+            let (more, end) = over.from(at, &self.axis_limits(), self.stands());
             (seconds, speed) = (seconds + more, end);
         }
         TimeLeft {
@@ -69,28 +70,35 @@ where
         }
     }
 
+    /// The time for which the plan stands at a rest until the tool rests too, seconds.
+    fn stands(&self) -> f32 {
+        self.ease().map_or(0.0, |ease| ease.seconds)
+    }
+
     /// Adds the times of up to 4 further moves. Returns whether more moves are left.
     ///
     /// Called from the main loop. Takes some 1300 instructions for a move on a curve.
     pub fn add_time(&self, left: &mut TimeLeft) -> bool {
         let (overrides, unit) = (self.overrides(), self.unit());
         let (mut speed, mut seconds) = (left.speed, left.seconds);
-        let axis_limits = self.axis_limits();
+        let (axis_limits, queue) = (self.axis_limits(), self.queue());
+        let (path, stands) = (queue.path(), self.stands());
         let guess = |count: usize, of: &_| self.guess(count, of);
-        let next =
-            self.queue()
-                .visit_block(left.next, &axis_limits, guess, |planned, after, limit| {
-                    let over = Over {
-                        planned,
-                        after,
-                        limit_v2: unit.v2(limit),
-                        nominal: nominal(overrides, planned),
-                    };
-                    let at = Whereabouts::start(planned, speed * speed);
-                    let (time, end) = over.from(at, &axis_limits);
-                    seconds += time;
-                    speed = end;
-                });
+        let visit = |index, planned: &_, after: Option<&_>, limit| {
+            let over = Over {
+                path: &path,
+                index,
+                planned,
+                after,
+                limit_v2: unit.v2(limit),
+                nominal: nominal(overrides, planned),
+            };
+            let at = Whereabouts::start(planned, speed * speed);
+            let (time, end) = over.from(at, &axis_limits, stands);
+            seconds += time;
+            speed = end;
+        };
+        let next = queue.visit_block(left.next, &axis_limits, guess, visit);
         *left = TimeLeft {
             next: next.unwrap_or(left.next),
             speed,
@@ -100,8 +108,11 @@ where
     }
 }
 
-/// A move with the one after it, the limit at its end (mm²/s²) and its nominal speed (mm/s).
+/// A move with its index, the one after it, the limit at its end (mm²/s²) and its nominal speed
+/// (mm/s).
 struct Over<'m, const AXES: usize, const MOTORS: usize> {
+    path: &'m Path<'m, AXES, MOTORS>,
+    index: usize,
     planned: &'m PlannedMove<AXES, MOTORS>,
     after: Option<&'m PlannedMove<AXES, MOTORS>>,
     limit_v2: f32,
@@ -110,11 +121,12 @@ struct Over<'m, const AXES: usize, const MOTORS: usize> {
 
 impl<const AXES: usize, const MOTORS: usize> Over<'_, AXES, MOTORS> {
     /// The seconds that the move takes from a place on, part by part, and the speed at its end,
-    /// mm/s.
+    /// mm/s. At a rest the plan stands for the time `stands`, seconds.
     fn from<K>(
         &self,
         mut at: Whereabouts,
         axis_limits: &AxisLimits<'_, K, AXES, MOTORS>,
+        stands: f32,
     ) -> (f32, f32)
     where
         K: Kinematics<AXES, MOTORS>,
@@ -122,16 +134,15 @@ impl<const AXES: usize, const MOTORS: usize> Over<'_, AXES, MOTORS> {
         let per_mm = self.planned.steps_per_mm();
         let (mut seconds, mut speed) = (0.0, sqrt(at.v2));
         loop {
-            let course = axis_limits.course(self.planned, self.after, at, self.limit_v2);
+            let (path, limit_v2) = (self.path, self.limit_v2);
+            let course = axis_limits
+                .eased_course(path, self.index, at, limit_v2)
+                .unwrap_or_else(|| axis_limits.course(self.planned, self.after, at, limit_v2));
             let nominal = min(self.nominal, sqrt(course.top_v2));
-            let [up, down] = match axis_limits.jerk > 0.0 {
-                true => [mean(course.up, axis_limits.jerk, nominal); 2],
-                false => [course.up, course.down],
-            };
             let part = Stretch {
                 length: at.steps_to(course.steps_after) / per_mm,
-                up,
-                down,
+                up: course.up,
+                down: course.down,
                 nominal,
                 entry: speed,
                 limit_v2: course.exit_v2,
@@ -139,22 +150,17 @@ impl<const AXES: usize, const MOTORS: usize> Over<'_, AXES, MOTORS> {
             let (time, end) = part.sharp();
             (seconds, speed) = (seconds + time, end);
             if course.steps_after == 0 {
-                return (seconds, speed);
+                let rests = speed <= 0.0;
+                return (seconds + if rests { stands } else { 0.0 }, speed);
             }
             at = Whereabouts {
                 v2: speed * speed,
                 steps: course.steps_after,
                 way: 0.0,
                 at_start: false,
-                brakes_to_rest: false,
             };
         }
     }
-}
-
-/// The mean acceleration of a ramp from rest to `speed`, mm/s², with limits in mm/s² and mm/s³.
-fn mean(acceleration: f32, jerk: f32, speed: f32) -> f32 {
-    speed / ramp::duration(0.0, speed, Limits { acceleration, jerk })
 }
 
 /// A part of a move. The length is in mm, accelerations are in mm/s², speeds in mm/s, and the limit
@@ -175,7 +181,6 @@ impl Stretch {
         let profile = Trapezoid::new(&Plan {
             start: Place::at(0),
             end: 1,
-            beyond: 0.0,
             entry_v2: self.entry * self.entry * per_mm * per_mm,
             cruise: self.nominal * per_mm,
             exit_v2: self.limit_v2 * per_mm * per_mm,

@@ -14,10 +14,11 @@
 //! (overrides). If an answer has changed, the profile is made anew from the place and the speed
 //! reached. So every change takes effect after the segments handed out.
 
+use crate::ease::Ease;
 use crate::emit::fit::Carry;
-use crate::emit::running::{Aim, Goal, Running, Timing};
-use crate::real::{min, sqrt};
-use crate::space::axis_limits::Course;
+use crate::emit::lead::Lead;
+use crate::emit::running::drive::{Aim, Goal};
+use crate::emit::running::{Running, Timing};
 use crate::{Kinematics, Place, Planner, Profile};
 use core::num::NonZeroU16;
 use fixed::types::U1F31;
@@ -31,6 +32,8 @@ pub struct Segmenter<const AXES: usize, const MOTORS: usize> {
     last: Option<Running<MOTORS>>,
     mode: Mode,
     carry: Carry,
+    /// With a jerk limit: the plan, which is ahead of the segments.
+    lead: Lead,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -67,6 +70,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
             last: None,
             mode: Mode::Going,
             carry: Carry::default(),
+            lead: Lead::new(),
         }
     }
 
@@ -83,35 +87,53 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
             return None;
         }
         if self.is_idle() {
-            let planned = planner.start_next()?;
-            let entry_v2 = self.last.as_ref().map_or(0.0, Running::exit_v2);
-            let mut running = Running::new(planned, entry_v2)?;
-            if let Some(last) = &self.last {
-                running.go_on(last);
-            }
-            self.last = Some(running);
+            self.begin(planner)?;
         }
+        let goal = self.mode.goal();
         // A reference, because moving it out and back in would copy it for each segment.
         let running = self.last.as_mut()?;
         running.begin_pixel(|| planner.take_pixel());
         let timing = Timing::new(planner.config());
-        let outlook = planner.outlook(|| running.whereabouts());
-        if running.outlook != Some(outlook) {
-            let goal = self.mode.goal();
-            let profile = if planner.config().jerk > 0.0 {
-                running.eased(goal, planner)
-            } else {
-                let course = planner.course(running.whereabouts(), outlook)?;
-                running.planned(aim(goal, planner, &course))
-            };
-            running.follow(profile, timing);
-            running.outlook = Some(outlook);
+        match &running.profile {
+            Profile::Trapezoid(profile) => {
+                let drive = &running.drive;
+                let outlook = planner.outlook(|| drive.whereabouts(profile));
+                if drive.outlook != Some(outlook) {
+                    let course = planner.course(drive.whereabouts(profile), outlook)?;
+                    let aim = Aim::new(goal, planner, &course);
+                    running.follow(drive.planned(profile, aim), timing);
+                    running.drive.outlook = Some(outlook);
+                }
+            }
+            Profile::Mean(_) => self.lead.extend(planner, goal, running, timing)?,
         }
-        let segment = running.segment(timing, &mut self.carry, self.mode.goal());
+        // In one place, because a call would take a seventh more for each segment.
+        let segment = running.segment(timing, &mut self.carry, goal);
         if running.at_profile_end() {
             self.end_profile(planner);
         }
         Some(segment)
+    }
+
+    /// Begins the next move. `None` if no move is queued.
+    fn begin<K>(&mut self, planner: &mut Planner<'_, K, AXES, MOTORS>) -> Option<()>
+    where
+        K: Kinematics<AXES, MOTORS>,
+    {
+        self.last = match planner.ease() {
+            Some(ease) => {
+                if planner.front().is_none() && !self.lead.begin(planner, &ease) {
+                    return None;
+                }
+                Running::after(self.last.as_ref(), planner.front()?, &ease)
+            }
+            None => {
+                let planned = planner.start_next()?;
+                let entry_v2 = self.last.as_ref().map_or(0.0, Running::exit_v2);
+                Running::new(planned, entry_v2)
+            }
+        };
+        self.last.is_some().then_some(())
     }
 
     /// Begins a feed hold: from the end of the segments handed out, the shortest stop on the path
@@ -172,8 +194,11 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
 
     /// Time to the end of the profile, s; the speed there, mm/s; the steps of the running move that
     /// follow.
-    pub(crate) fn rest_of_part(&self) -> (f32, f32, u32) {
-        self.last.as_ref().map_or((0.0, 0.0, 0), Running::rest)
+    pub(crate) fn rest_of_part(&self, ease: Option<Ease>) -> (f32, f32, u32) {
+        match ease {
+            Some(ease) => self.lead.rest(&ease),
+            None => self.last.as_ref().map_or((0.0, 0.0, 0), Running::rest),
+        }
     }
 
     /// The line number of the running move.
@@ -187,29 +212,17 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
             .map(|running| (running.profile(), running.here()))
     }
 
-    /// Acceleration along the path at the end of the segments handed out, mm/s², where the jerk is
-    /// limited.
-    #[cfg(test)]
-    pub(crate) fn acceleration(&self) -> f32 {
-        self.last.as_ref().map_or(0.0, Running::acceleration)
-    }
-
-    /// Whether the segments handed out end with a whole step event.
-    #[cfg(test)]
-    pub(crate) fn at_step(&self) -> bool {
-        self.running().is_none_or(Running::at_step)
-    }
-
     /// Whether motion has a speed at the end of the segments handed out.
     fn is_moving(&self) -> bool {
-        self.speed() > 0.0
+        self.speed() > 0.0 || self.lead.is_ahead()
     }
 
     /// Has the profile made anew before the next segment.
     fn plan_anew(&mut self) {
         if let Some(running) = &mut self.last {
-            running.outlook = None;
+            running.drive.outlook = None;
         }
+        self.lead.plan_anew();
     }
 
     /// Ends a profile whose steps have all been handed out. A move has one profile or more: a hold
@@ -221,39 +234,18 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         let Some(running) = &mut self.last else {
             return;
         };
-        if self.mode == Mode::Stopping && running.exit_v2() <= 0.0 {
+        let rests = running.exit_v2() <= 0.0 && !self.lead.is_under_way();
+        if self.mode == Mode::Stopping && rests {
             self.mode = Mode::Held;
         }
         if running.at_end() {
-            planner.finish();
+            match running.profile {
+                Profile::Trapezoid(_) => planner.finish(),
+                Profile::Mean(_) => planner.retire(),
+            }
         } else {
-            running.outlook = None;
+            running.drive.outlook = None;
         }
-    }
-}
-
-/// The next task of the running move.
-fn aim<K, const AXES: usize, const MOTORS: usize>(
-    goal: Goal,
-    planner: &Planner<'_, K, AXES, MOTORS>,
-    course: &Course,
-) -> Aim
-where
-    K: Kinematics<AXES, MOTORS>,
-{
-    Aim {
-        goal,
-        steps_after: course.steps_after,
-        exit_v2: course.exit_v2,
-        corner_v2: if course.steps_after > 0 {
-            f32::INFINITY
-        } else {
-            planner.corner_v2()
-        },
-        nominal: min(planner.running_nominal(), sqrt(course.top_v2)),
-        up: course.up,
-        down: course.down,
-        stop: course.stop,
     }
 }
 

@@ -15,4 +15,4 @@ mod window;
 
 pub(crate) use probe::When;
 pub(crate) use turn::Turn;
-pub(crate) use window::{Piece, Window};
+pub(crate) use window::{Piece, Window, PIECES};

@@ -14,7 +14,7 @@ use crate::{Coordinate, NANOS_PER_MM};
 
 /// The number of pieces that are remembered: half of them before the turn that is asked for, half
 /// after it. A `u32` has a bit for each piece.
-pub(super) const PIECES: u32 = u32::BITS;
+pub(crate) const PIECES: u32 = u32::BITS;
 
 /// A unit of length in this module is 2¹⁰ units of a coordinate, about a nanometre. Differences of
 /// 32 bits reach two metres, and a shift is cheaper than a division.

@@ -10,7 +10,7 @@ use crate::moves::PlannedMove;
 use crate::path::junction::junction_v2;
 use crate::path::row::{is_gap, is_short, Row};
 use crate::path::short::Short;
-use crate::path::{Piece, Turn, When};
+use crate::path::{Piece, Turn, When, PIECES};
 use crate::real::{max, min, norm2, sqrt, worst};
 use crate::{Config, Coordinate, CornerRule, Curve, Feed, Kinematics, Move, MoveKind, Overrides};
 
@@ -104,6 +104,10 @@ where
         planned.length = length;
         planned.acceleration = 1.0 / worst(&direction, &self.limits.per_acceleration);
         planned.rate = self.rate(length, events, &direction);
+        if let Some(ease) = &self.limits.ease {
+            planned.acceleration = min(planned.acceleration, ease.acceleration);
+            planned.rate = min(planned.rate, ease.rate());
+        }
         planned.feed = match of.feed {
             Feed::Rapid => planned.rate,
             Feed::PerMinute(speed) => speed,
@@ -204,6 +208,7 @@ where
         let pixels = last.pixels.checked_add(1)?;
         let length = sqrt(norm2(&self.axes_mm(row.delta())));
         let is_gap = is_gap(of);
+        let eased = self.limits.ease.is_some();
         if is_gap && !self.takes_gap(last, length - last.length) {
             return None;
         }
@@ -214,6 +219,9 @@ where
         self.lengthen_newest(|last| {
             (last.delta, last.length, last.pixels) = (row.delta(), length, pixels);
             last.has_gaps |= is_gap;
+            if eased {
+                last.set_near(None);
+            }
         });
         self.pixels.push(pixel);
         self.row = Some(row);
@@ -279,6 +287,7 @@ where
         self.last = Some(direction);
         self.begin_row(of, delta);
         self.release(&Turn::corner(v2));
+        self.plan_known();
     }
 
     /// Makes a short move by `delta` steps part of the last queued move, if that is short too and
@@ -350,26 +359,132 @@ where
             if self.settle_one(When::Known).is_none() {
                 return;
             }
+            self.plan_known();
         }
     }
 
-    /// Plans the first move that waits, with the turn at its start. `None` if the move goes on
-    /// waiting.
+    /// The turn at the start of the first move that waits becomes known. Without a jerk limit the
+    /// move is planned. `None` if the move goes on waiting.
     pub(super) fn settle_one(&mut self, when: When) -> Option<()> {
         let turn = self.window.as_mut()?.settle(&self.limits, when)?;
         self.release(&turn);
         Some(())
     }
 
-    /// Plans the first move that waits, with the turn at its start.
+    /// As [`Self::settle_one`], for the turn given.
+    #[inline(always)] // a call would take 20 more instructions for each line
     fn release(&mut self, turn: &Turn<AXES>) {
+        if self.is_eased() {
+            return self.begin_eased(turn);
+        }
         let (overrides, unit) = (self.overrides, self.limits.unit);
         let (before, mut speed) = (self.nominal_before, None);
         let (queue, axis_limits) = self.parts();
-        queue.plan(&axis_limits, |of| {
+        queue.plan_settled(&axis_limits, |of| {
             speed = Some(begin(of, turn, unit, overrides, before));
         });
         self.nominal_before = speed;
+    }
+
+    /// With a jerk limit a turn has become known: plans the next move if enough of the path after it
+    /// is known. Two turns become known with a line at most, so moves that wait catch up.
+    fn plan_known(&mut self) {
+        if self.is_eased() {
+            self.plan_next(When::Known);
+        }
+    }
+
+    /// Sets the limits at the start of the first move that waits, with a jerk limit.
+    #[inline(never)]
+    fn begin_eased(&mut self, turn: &Turn<AXES>) {
+        let (overrides, unit) = (self.overrides, self.limits.unit);
+        let (before, mut speed) = (self.nominal_before, None);
+        let (tangents, limits) = (self.tangents(), &self.limits);
+        self.queue.settle(|of, rests| {
+            let turn = if rests { &Turn::REST } else { turn };
+            speed = Some(begin(of, turn, unit, overrides, before));
+            if let Some(tangents) = tangents {
+                limits.keep_law(of, tangents);
+            }
+        });
+        self.nominal_before = speed;
+    }
+
+    /// The directions of the two moves that meet at the next turn to be known, over the acceleration
+    /// of each axis.
+    #[inline(never)]
+    fn tangents(&self) -> Option<[[f32; AXES]; 2]> {
+        let (axis_limits, [before, next]) = (self.axis_limits(), self.queue.next_turn());
+        let next = axis_limits.tangent(next?);
+        Some([
+            before.map_or(next, |before| axis_limits.tangent(before)),
+            next,
+        ])
+    }
+
+    /// Plans one more move now.
+    pub(super) fn plan_one(&mut self) {
+        if self.is_eased() {
+            self.plan_one_eased(PIECES);
+        } else {
+            self.settle_one(When::Now);
+        }
+    }
+
+    /// As [`Self::plan_one`], with a jerk limit. If turns have to be known first, `most` of them
+    /// become known at most.
+    #[inline(never)]
+    pub(super) fn plan_one_eased(&mut self, most: u32) {
+        if self.plan_next(When::Now) {
+            return;
+        }
+        for _ in 0..most {
+            if self.settle_one(When::Now).is_none() {
+                break;
+            }
+        }
+        if most > 1 {
+            self.plan_next(When::Now);
+        }
+    }
+
+    /// Plans the next move whose turn is known, with a jerk limit. Returns whether there was one
+    /// that could be planned.
+    ///
+    /// `When::Known`: only if the path after it is known as far as it has an effect. `When::Now`:
+    /// also if the path is so long that the move can be made slow at its end and needs to know no
+    /// more. If it is shorter, the last move that is queued is made to end at rest, and all turns up
+    /// to there have to be known.
+    #[inline(never)]
+    fn plan_next(&mut self, when: When) -> bool {
+        let Some(ease) = self.limits.ease else {
+            return false;
+        };
+        let index = self.queue.next_to_plan();
+        let Some(mut zones) = self.axis_limits().zones(&self.queue.path(), index) else {
+            return false;
+        };
+        match zones.unknown {
+            None => (),
+            Some(_) if when == When::Known => return false,
+            Some(known) if known >= 6.0 * ease.rise() => {
+                let slow = 2.0 * (known - ease.rise()) / ease.seconds;
+                self.queue.slow_down(self.limits.unit.units(slow * slow));
+                zones.end_at(slow, &ease);
+            }
+            Some(_) => {
+                self.queue.close();
+                if !self.queue.is_settled() {
+                    return false;
+                }
+            }
+        }
+        let near = self
+            .axis_limits()
+            .near_by(&self.queue.path(), index, &zones);
+        let (queue, axis_limits) = self.parts();
+        queue.plan_near(&axis_limits, near);
+        true
     }
 
     /// A copy of `of`, a move that waits, with the limits at its start by the path known so far.

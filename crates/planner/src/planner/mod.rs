@@ -9,13 +9,13 @@ pub(crate) use append::nominal;
 
 use crate::ahead::lookahead::LookAhead;
 use crate::ahead::queue::{PixelQueue, Room};
-use crate::ahead::waypoints;
 use crate::config::{Limits, Scales, SpeedUnit};
+use crate::ease::Ease;
 use crate::emit::pixel::{Pixel, Pixels};
 use crate::moves::PlannedMove;
 use crate::path::row::Row;
 use crate::path::short::Short;
-use crate::path::{When, Window};
+use crate::path::Window;
 use crate::real::{min, sqrt};
 use crate::space::axis_limits::{AxisLimits, Course, Whereabouts};
 use crate::{Config, ConfigError, Coordinate, Kinematics, Move, MoveError, Overrides};
@@ -269,17 +269,17 @@ where
         AxisLimits<'_, K, AXES, MOTORS>,
     ) {
         let (scales, kinematics) = (&self.scales, &self.kinematics);
-        let axis_limits = AxisLimits::new(&self.config, &self.limits, scales, kinematics);
+        let axis_limits = AxisLimits::new(self.overrides, &self.limits, scales, kinematics);
         (&mut self.queue, axis_limits)
     }
 
     pub(crate) fn axis_limits(&self) -> AxisLimits<'_, K, AXES, MOTORS> {
-        AxisLimits::new(&self.config, &self.limits, &self.scales, &self.kinematics)
+        AxisLimits::new(self.overrides, &self.limits, &self.scales, &self.kinematics)
     }
 
     pub(crate) fn start_next(&mut self) -> Option<&PlannedMove<AXES, MOTORS>> {
-        if self.queue.waiting() == 0 {
-            self.settle_one(When::Now);
+        if self.queue.waiting() == 0 && self.queue.is_unplanned() {
+            self.plan_one();
         }
         self.queue.start_next();
         self.note_started();
@@ -296,6 +296,31 @@ where
         self.queue.finish();
     }
 
+    /// The average over the plan, if the jerk is limited.
+    pub(crate) const fn ease(&self) -> Option<Ease> {
+        self.limits.ease
+    }
+
+    /// Whether the jerk is limited.
+    pub(crate) const fn is_eased(&self) -> bool {
+        self.limits.ease.is_some()
+    }
+
+    /// The move whose segments come next, if the plan has begun it.
+    pub(crate) fn front(&self) -> Option<&PlannedMove<AXES, MOTORS>> {
+        self.queue.front()
+    }
+
+    /// Notes that the plan has come to the end of the running move.
+    pub(crate) fn pass(&mut self) {
+        self.queue.pass();
+    }
+
+    /// Removes the first move, all of whose segments are made.
+    pub(crate) fn retire(&mut self) {
+        self.queue.retire();
+    }
+
     /// Takes out the next change of power of the running move, if one is left.
     pub(crate) fn take_pixel(&mut self) -> Option<Pixel> {
         self.pixels.pop()
@@ -305,47 +330,43 @@ where
     /// would soon slow down because later moves wait for their curvature, some of these are planned
     /// now. `at` answers the state of the running move.
     pub(crate) fn outlook(&mut self, at: impl FnOnce() -> Whereabouts) -> Outlook {
-        /// The most moves that are planned in one call.
-        const MOST: usize = 4;
         self.find();
         if self.needs_more() && self.too_many_wait() && self.slows_down_soon(at()) {
-            for _ in 0..MOST {
-                if self.too_many_wait() {
-                    self.settle_one(When::Now);
-                }
-            }
+            self.plan_some();
             self.find();
         }
-        let counts = self.config.jerk > 0.0;
         Outlook {
             exit: self.queue.exit_limit(),
             revision: self.revision,
-            moves: if counts {
-                self.queue.waiting().min(waypoints::MOVES) as u16
-            } else {
-                0
-            },
+        }
+    }
+
+    /// Plans some of the moves that wait. With a jerk limit a move depends on many others, so that
+    /// it takes long.
+    fn plan_some(&mut self) {
+        /// The most moves that are planned in one call.
+        const MOST: usize = 4;
+        if self.is_eased() {
+            return self.plan_one_eased(1);
+        }
+        for _ in 0..MOST {
+            if self.too_many_wait() {
+                self.plan_one();
+            }
         }
     }
 
     /// Whether one more planned move might make the running move faster.
     fn needs_more(&self) -> bool {
-        match self.config.jerk > 0.0 {
-            true => self.queue.waiting() < waypoints::MOVES,
-            false => self.is_bound_by_end(),
-        }
+        self.is_bound_by_end()
     }
 
     /// Whether the running move would be too fast for the speed at its end if it went on for one
-    /// more segment, of `way` mm, with its full acceleration. Under a jerk limit: whether it brakes
-    /// to the rest at the end of the plan.
+    /// more segment, of `way` mm, with its full acceleration.
     fn slows_down_soon(&self, at: Whereabouts) -> bool {
         let Some(running) = self.queue.running() else {
             return true;
         };
-        if self.config.jerk > 0.0 {
-            return at.brakes_to_rest;
-        }
         let (a, seconds) = (running.acceleration, self.config.longest_segment);
         let left = at.steps_to(0) / running.steps_per_mm();
         let way = min(left, (sqrt(at.v2) + a * seconds) * seconds);
@@ -362,6 +383,9 @@ where
         /// The least number if a corner is at the start of the first move that waits: a move that
         /// is planned too early there stays slow.
         const FEW_BEFORE_CORNER: usize = 8;
+        if self.limits.ease.is_some() {
+            return self.queue.is_unplanned();
+        }
         self.window.as_ref().is_some_and(|window| {
             let few = if window.waits_at_corner() {
                 FEW_BEFORE_CORNER
@@ -381,6 +405,10 @@ where
     pub(crate) fn course(&self, at: Whereabouts, outlook: Outlook) -> Option<Course> {
         let exit_v2 = self.limits.unit.v2(outlook.exit);
         let (running, next) = (self.queue.running()?, self.queue.next());
+        if self.limits.ease.is_some() {
+            let (path, index) = (self.queue.path(), self.queue.at());
+            return self.axis_limits().eased_course(&path, index, at, exit_v2);
+        }
         Some(self.axis_limits().course(running, next, at, exit_v2))
     }
 
@@ -403,8 +431,6 @@ pub(crate) struct Outlook {
     pub(crate) exit: u32,
     /// A number that changes whenever nominal speeds change.
     pub(crate) revision: u32,
-    /// Under a jerk limit: the number of moves that are looked at.
-    pub(crate) moves: u16,
 }
 
 fn difference<const MOTORS: usize>(

@@ -4,6 +4,10 @@ use super::append::{cap, nominal};
 use super::Planner;
 use crate::{Kinematics, OverrideError, Overrides};
 
+/// The most moves that one call of [`Planner::renew`] plans under a jerk limit: the limits of each
+/// depend on many moves near it.
+const EASED: usize = 4;
+
 impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
@@ -26,7 +30,7 @@ where
             return Ok(());
         }
         self.overrides = overrides;
-        let last = self.queue.last_planned();
+        let last = self.queue.last_settled();
         self.nominal_before = last.map(|last| nominal(overrides, last));
         self.queue.begin_renewal();
         self.renew();
@@ -45,7 +49,7 @@ where
     /// All limits are kept meanwhile. The moves that are left keep the speed asked for before the
     /// change. Until no move is left, none can be queued: for 1024 moves that takes at most 65
     /// calls. [`Planner::push`] and [`crate::Segmenter::next`] call this too. One call plans a
-    /// block of moves at most, 16 in the usual queue, because a `Machine::poll` may call it for
+    /// block of moves at most, 16 in the usual queue (4 moves under a jerk limit), because a `Machine::poll` may call it for
     /// each segment that it makes.
     pub fn renew(&mut self) -> bool {
         self.is_renewing() && self.renew_block()
@@ -55,8 +59,12 @@ where
     /// [`Planner::renew`], called for each segment and each line, hardly ever has anything to do.
     fn renew_block(&mut self) -> bool {
         let (overrides, unit) = (self.overrides, self.limits.unit);
+        let most = match self.limits.ease {
+            Some(_) => EASED,
+            None => usize::MAX,
+        };
         let (queue, axis_limits) = self.parts();
-        queue.renew(&axis_limits, |before, planned| {
+        queue.renew(&axis_limits, most, |before, planned| {
             let before = before.map(|before| nominal(overrides, before));
             cap(unit, before, nominal(overrides, planned), planned.corner)
         });

@@ -29,7 +29,6 @@ fn too_fast() -> Whereabouts {
         steps: 0,
         way: 0.0,
         at_start: false,
-        brakes_to_rest: false,
     }
 }
 

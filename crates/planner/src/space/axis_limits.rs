@@ -3,35 +3,30 @@
 //! The look-ahead asks by how much a move can brake. The running move asks how it goes on (see
 //! [`Course`]).
 
-use crate::ahead::lookahead::{Braking, Ends};
+use crate::ahead::lookahead::{Braking, Ends, Near, Path};
 use crate::config::{Limits, Scales};
 use crate::moves::PlannedMove;
 use crate::real::{max, min};
 use crate::space::polygon::{cap, common, Piece, Rise};
-use crate::{Config, Kinematics};
+use crate::space::zones::{kept_entry, Zones};
+use crate::{Kinematics, Overrides};
 
 /// The share of the possible braking that the look-ahead counts on. The rest is room for the
 /// rounding of ramps in `f32` (a few 2⁻²⁴), so that no ramp is steeper than allowed.
 const GAIN_MARGIN: f32 = 1.0 - 1.0 / (1 << 20) as f32;
-
-/// With a jerk limit a ramp has one acceleration, the least that is left on its way. A curve is so
-/// slow that it leaves this share of the acceleration of a straight path. A circle of 5 mm at
-/// 500 mm/s² and 5000 mm/s³ took 1.253 s with it, 1.262 s with 0.3 and 1.280 s with 0.5.
-const EASED: f32 = 0.4;
 
 /// The limits of the machine that bound the acceleration along moves.
 pub(crate) struct AxisLimits<'m, K, const AXES: usize, const MOTORS: usize> {
     limits: &'m Limits<AXES>,
     scales: &'m Scales<MOTORS>,
     kinematics: &'m K,
-    /// Limit of the jerk along the path, mm/s³; 0 for none.
-    pub(crate) jerk: f32,
+    overrides: Overrides,
 }
 
 impl<'m, K, const AXES: usize, const MOTORS: usize> AxisLimits<'m, K, AXES, MOTORS> {
-    /// The limits of `config`. `limits` and `scales` are computed from it.
+    /// Limits with these overrides. `limits` and `scales` are computed from the settings.
     pub(crate) const fn new(
-        config: &Config<AXES>,
+        overrides: Overrides,
         limits: &'m Limits<AXES>,
         scales: &'m Scales<MOTORS>,
         kinematics: &'m K,
@@ -40,7 +35,7 @@ impl<'m, K, const AXES: usize, const MOTORS: usize> AxisLimits<'m, K, AXES, MOTO
             limits,
             scales,
             kinematics,
-            jerk: config.jerk,
+            overrides,
         }
     }
 }
@@ -49,36 +44,6 @@ impl<K, const AXES: usize, const MOTORS: usize> AxisLimits<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
-    /// The limits under a jerk limit at the start of `planned`, for speeds up to `top_v2` (mm²/s²).
-    pub(crate) fn border(
-        &self,
-        before: &PlannedMove<AXES, MOTORS>,
-        planned: &PlannedMove<AXES, MOTORS>,
-        top_v2: f32,
-    ) -> Border {
-        let moves = [before, planned].map(|of| (self.piece(of, of.length), of.acceleration));
-        let corner_v2 = self.limits.unit.v2(planned.corner);
-        let mut curve_v2 = f32::INFINITY;
-        for (axis, bend) in planned.bend.iter().enumerate() {
-            let kept = moves.iter().fold(0.0, |kept, (piece, acceleration)| {
-                max(kept, piece.tangent[axis].abs() * acceleration)
-            });
-            curve_v2 = min(curve_v2, (1.0 - EASED * kept) / bend.abs());
-        }
-        let v2 = min(top_v2, min(curve_v2, corner_v2));
-        let left = moves.map(|(piece, acceleration)| {
-            let axes = piece.tangent.iter().zip(&planned.bend);
-            axes.fold(acceleration, |least, (q, bend)| {
-                min(least, (1.0 - bend.abs() * v2) / q.abs())
-            })
-        });
-        Border {
-            curve_v2,
-            corner_v2,
-            left,
-        }
-    }
-
     /// A part of a move, `length` mm long.
     fn piece(&self, planned: &PlannedMove<AXES, MOTORS>, length: f32) -> Piece<AXES> {
         let mut motors_mm = [0.0; MOTORS];
@@ -168,7 +133,7 @@ where
         after: Option<&PlannedMove<AXES, MOTORS>>,
     ) -> Option<f32> {
         let straight = planned.is_straight() && after.is_none_or(PlannedMove::is_straight);
-        if straight || self.jerk > 0.0 {
+        if straight || self.is_eased() {
             Some(2.0 * planned.acceleration * planned.length)
         } else {
             None
@@ -261,15 +226,134 @@ where
             gains: [at_rest, at_top].map(|gain| unit.units(gain * GAIN_MARGIN)),
         }
     }
+
+    fn is_eased(&self) -> bool {
+        self.limits.ease.is_some()
+    }
+
+    #[inline(never)]
+    fn eased_gain(&self, path: &Path<'_, AXES, MOTORS>, index: usize, v2: u32) -> Option<u32> {
+        let exit_v2 = self.limits.unit.v2(v2);
+        let kept = kept_entry(path.at(index)?, exit_v2, GAIN_MARGIN);
+        let entry_v2 = match kept {
+            Some(entry_v2) => entry_v2,
+            None => self.zones(path, index)?.entry(0, exit_v2, GAIN_MARGIN),
+        };
+        Some(self.gained(exit_v2, entry_v2))
+    }
+
+    #[inline(never)]
+    fn eased_ends(&self, path: &Path<'_, AXES, MOTORS>, index: usize) -> Ends {
+        let ends = || {
+            let zones = self.zones(path, index)?;
+            let (planned, after) = (path.at(index)?, path.at(index + 1)?);
+            let unit = self.limits.unit;
+            let v2 = min(planned.top_v2(), after.top_v2());
+            // Above the limits at the ends of the move, the end would be faster than the start.
+            let v2 = min(v2, min(zones.start_v2(), zones.end_v2()));
+            let top = unit.units(v2).min(after.corner).min(planned.corner);
+            let gains = [0, top].map(|top| {
+                let exit_v2 = unit.v2(top);
+                self.gained(exit_v2, zones.entry(0, exit_v2, GAIN_MARGIN))
+            });
+            Some(Ends { top, gains })
+        };
+        // Such moves are planned only.
+        ends().unwrap_or(Ends {
+            top: 0,
+            gains: [0; 2],
+        })
+    }
+
+    #[inline(never)]
+    fn near(&self, path: &Path<'_, AXES, MOTORS>, index: usize) -> Option<Near> {
+        let zones = self.zones_anew(path, index)?;
+        Some(self.near_by(path, index, &zones))
+    }
 }
 
-/// The limits at the border of two moves, under a jerk limit.
-pub(crate) struct Border {
-    /// The highest squared speeds by curvature and by the corner, mm²/s².
-    pub(crate) curve_v2: f32,
-    pub(crate) corner_v2: f32,
-    /// The acceleration that is left along each of the moves, mm/s².
-    pub(crate) left: [f32; 2],
+// Under a jerk limit. None of it is inlined, so that the rest is as quick as without it.
+impl<K, const AXES: usize, const MOTORS: usize> AxisLimits<'_, K, AXES, MOTORS>
+where
+    K: Kinematics<AXES, MOTORS>,
+{
+    /// By how much the squared speed falls from `entry_v2` to `exit_v2` (mm²/s²), units.
+    fn gained(&self, exit_v2: f32, entry_v2: f32) -> u32 {
+        let gain = max(entry_v2 - exit_v2, 0.0) * GAIN_MARGIN;
+        self.limits.unit.units(gain)
+    }
+
+    /// The limits along the move at `index` under a jerk limit; `None` without one.
+    pub(crate) fn zones(&self, path: &Path<'_, AXES, MOTORS>, index: usize) -> Option<Zones> {
+        self.limits.ease.as_ref()?;
+        let kept = path.at(index).and_then(Zones::of);
+        kept.or_else(|| self.zones_anew(path, index))
+    }
+
+    /// The limits by the moves near the move at `index`, which has `zones`.
+    #[inline(never)]
+    pub(crate) fn near_by(
+        &self,
+        path: &Path<'_, AXES, MOTORS>,
+        index: usize,
+        zones: &Zones,
+    ) -> Near {
+        let before = index
+            .checked_sub(1)
+            .and_then(|index| self.zones(path, index));
+        let end_v2 = before.map_or(f32::INFINITY, |before| before.end_v2());
+        Near {
+            start: self.limits.unit.units(min(zones.start_v2(), end_v2)),
+            kept: self.limits.ease.as_ref().and_then(|ease| zones.kept(ease)),
+        }
+    }
+
+    /// As [`Self::zones`], from the moves near the move.
+    #[inline(never)]
+    fn zones_anew(&self, path: &Path<'_, AXES, MOTORS>, index: usize) -> Option<Zones> {
+        let ease = self.limits.ease.as_ref()?;
+        Zones::new(path, index, ease, self.limits.unit, self.overrides)
+    }
+
+    /// The direction of a move over the acceleration of each axis, s²/mm.
+    pub(crate) fn tangent(&self, planned: &PlannedMove<AXES, MOTORS>) -> [f32; AXES] {
+        self.piece(planned, planned.length).tangent
+    }
+
+    /// As [`Self::course`], under a jerk limit: for the move at `index` of `path`.
+    #[inline(never)]
+    pub(crate) fn eased_course(
+        &self,
+        path: &Path<'_, AXES, MOTORS>,
+        index: usize,
+        at: Whereabouts,
+        exit_v2: f32,
+    ) -> Option<Course> {
+        let (planned, zones) = (path.at(index)?, self.zones(path, index)?);
+        let events = planned.events();
+        let part = zones.after(events - at.steps);
+        let steps_after = events - part.to;
+        let length = at.steps_to(steps_after) / planned.steps_per_mm();
+        let change = |x| part.law.gain(x, length) * GAIN_MARGIN;
+        let exit_v2 = min(zones.entry(part.to, exit_v2, GAIN_MARGIN), part.top_v2);
+        let exit_v2 = min(exit_v2, at.v2 + change(at.v2));
+        let within = |a: f32| max(a, STILL * planned.acceleration);
+        let left = part.law.left(at.v2) * GAIN_MARGIN;
+        let down = change(exit_v2);
+        let per_gain = 0.5 / length;
+        Some(Course {
+            steps_after,
+            exit_v2,
+            top_v2: part.top_v2,
+            up: within(change(at.v2) * per_gain),
+            down: within(if at.v2 > exit_v2 + down {
+                left
+            } else {
+                down * per_gain
+            }),
+            stop: within(left),
+        })
+    }
 }
 
 /// How a part of the running move goes on: squared speeds in mm²/s², accelerations along the path
@@ -310,8 +394,6 @@ pub(crate) struct Whereabouts {
     pub(crate) way: f32,
     /// Whether the move has not begun.
     pub(crate) at_start: bool,
-    /// Under a jerk limit: whether motion slows down to the rest at the end of the plan.
-    pub(crate) brakes_to_rest: bool,
 }
 
 impl Whereabouts {
@@ -325,7 +407,6 @@ impl Whereabouts {
             steps: planned.events(),
             way: 0.0,
             at_start: true,
-            brakes_to_rest: false,
         }
     }
 
@@ -361,7 +442,7 @@ where
     ) -> Course {
         let a = planned.acceleration;
         let straight = planned.is_straight() && after.is_none_or(PlannedMove::is_straight);
-        if straight || self.jerk > 0.0 {
+        if straight || self.is_eased() {
             return Course::even(a, f32::INFINITY, 0, exit_v2);
         }
         let (none, per_mm) = ([0.0; AXES], planned.steps_per_mm());

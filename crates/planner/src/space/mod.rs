@@ -6,3 +6,4 @@ mod coarse;
 pub(crate) mod polygon;
 pub(crate) mod target;
 pub(crate) mod train;
+pub(crate) mod zones;

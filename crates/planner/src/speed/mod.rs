@@ -1,6 +1,5 @@
-//! The speed along one move: ramps of constant acceleration or of limited jerk.
+//! The speed along one move: ramps of constant acceleration, and their mean over a time.
 
+pub(crate) mod mean;
 pub(crate) mod plan;
 pub(crate) mod profile;
-pub(crate) mod ramp;
-pub(crate) mod s_curve;

@@ -1,4 +1,4 @@
-//! The request for a profile, places in it, and stretches of it: the same for either law of speed.
+//! The request for a profile, places in it, and stretches of it.
 
 /// A place in a move: steps of the dominant motor from its start, in units of 2⁻³² steps.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -11,6 +11,11 @@ impl Place {
     /// Makes the place of a whole step.
     pub const fn at(step: u32) -> Self {
         Self((step as u64) << 32)
+    }
+
+    /// Makes the place of so many units.
+    pub(crate) const fn of(units: u64) -> Self {
+        Self(units)
     }
 
     /// Whole steps from the move's start.
@@ -67,8 +72,6 @@ pub struct Plan {
     pub start: Place,
     /// Step at which it ends in this move, after `start`.
     pub end: u32,
-    /// Steps that it goes on in later moves, under a jerk limit; 0 for a trapezoid.
-    pub beyond: f32,
     /// Squared speed at the start.
     pub entry_v2: f32,
     /// Speed to cruise at, above 0.

@@ -1,4 +1,4 @@
-//! Speed and time along one move, by one of two laws: constant acceleration, or limited jerk.
+//! Speed and time along one move: ramps of constant acceleration, or their mean.
 //!
 //! Under constant acceleration the speed is a trapezoid:
 //!
@@ -18,90 +18,43 @@
 //!
 //! A first ramp goes down where the move begins faster than its cruise speed (an override was
 //! lowered).
-//!
-//! Another profile takes the trapezoid's place by answering the same questions:
-//! [`Trapezoid::speed`], [`Trapezoid::time`], [`Trapezoid::stretch`], [`Trapezoid::exit_v2`].
 
 use super::plan::{Place, Plan, Stretch};
 use crate::real::{max, min, sqrt};
-use crate::SCurve;
+use crate::Mean;
 
-/// Speed and time along one move, by either law: the law says how speed changes along the move.
+/// Speed and time along one move.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Profile {
     /// Ramps of constant acceleration.
     Trapezoid(Trapezoid),
-    /// Ramps of limited jerk.
-    SCurve(SCurve),
+    /// The mean of such ramps over a time: what the tool does under a jerk limit.
+    Mean(Mean),
 }
 
 impl Profile {
-    /// The place at which the profile begins.
-    pub const fn start(&self) -> Place {
-        match self {
-            Self::Trapezoid(of) => of.start(),
-            Self::SCurve(of) => of.start(),
-        }
-    }
-
-    /// The step at which the profile ends.
-    pub const fn end(&self) -> u32 {
+    /// The step at which the profile ends, or up to which it is known.
+    pub(crate) fn end(&self) -> u32 {
         match self {
             Self::Trapezoid(of) => of.end(),
-            Self::SCurve(of) => of.end(),
+            Self::Mean(of) => of.end(),
         }
     }
 
     /// Speed between the ramps (the peak where there is no cruise), steps/s.
-    pub const fn cruise(&self) -> f32 {
+    pub(crate) fn cruise(&self) -> f32 {
         match self {
             Self::Trapezoid(of) => of.cruise(),
-            Self::SCurve(of) => of.cruise(),
+            Self::Mean(of) => of.last_speed(),
         }
     }
 
     /// Squared speed at the end, steps²/s².
-    pub fn exit_v2(&self) -> f32 {
+    pub(crate) fn exit_v2(&self) -> f32 {
         match self {
             Self::Trapezoid(of) => of.exit_v2(),
-            Self::SCurve(of) => of.exit_v2(),
-        }
-    }
-
-    /// Whether a profile of limited jerk slows down at `place` and ends at rest.
-    pub(crate) fn brakes_to_rest(&self, place: Place) -> bool {
-        match self {
-            Self::Trapezoid(_) => false,
-            Self::SCurve(of) => of.last_speed() <= 0.0 && of.motion(place).1 < 0.0,
-        }
-    }
-
-    /// The rest of a profile that goes on in the next move: see [`SCurve::go_on`].
-    pub(crate) fn go_on(&self, events: u32, ratio: f32) -> Option<Self> {
-        match self {
-            Self::Trapezoid(_) => None,
-            Self::SCurve(of) => of.go_on(events, ratio).map(Self::SCurve),
-        }
-    }
-
-    /// Squared speed at a place, steps²/s².
-    pub(crate) fn speed_v2(&self, place: Place) -> f32 {
-        match self {
-            Self::Trapezoid(of) if place == of.start() => of.entry_v2(),
-            Self::Trapezoid(of) => of.speed_v2(place),
-            Self::SCurve(of) => {
-                let (speed, _) = of.motion(place);
-                speed * speed
-            }
-        }
-    }
-
-    /// Speed (steps/s) and acceleration (steps/s², signed) at a place. The acceleration is the part
-    /// that has to fall to 0 gradually: 0 without a jerk limit.
-    pub(crate) fn motion(&self, place: Place) -> (f32, f32) {
-        match self {
-            Self::Trapezoid(_) => (sqrt(self.speed_v2(place)), 0.0),
-            Self::SCurve(of) => of.motion(place),
+            Self::Mean(of) if of.rests_at(of.end()) => 0.0,
+            Self::Mean(of) => max(of.last_speed() * of.last_speed(), f32::MIN_POSITIVE),
         }
     }
 
@@ -111,7 +64,7 @@ impl Profile {
     pub(crate) fn time_over(&self, from: Place, v0: f32, steps: f32) -> (f32, f32) {
         match self {
             Self::Trapezoid(of) => of.time_over(from, v0, steps),
-            Self::SCurve(of) => of.time_over(from, steps),
+            Self::Mean(of) => of.time_over(from, steps),
         }
     }
 
@@ -119,8 +72,13 @@ impl Profile {
     pub(crate) fn stretch(&self, from: u32) -> Stretch {
         match self {
             Self::Trapezoid(of) => of.stretch(from),
-            Self::SCurve(of) => of.stretch(from),
+            Self::Mean(of) => of.stretch(from),
         }
+    }
+
+    /// Whether the step under way is not known to its end.
+    pub(crate) fn is_open(&self, here: Place) -> bool {
+        matches!(self, Self::Mean(of) if of.end() <= here.step())
     }
 }
 
@@ -270,6 +228,14 @@ impl Trapezoid {
         }
     }
 
+    /// As [`Trapezoid::speed_v2`]; at the start exactly the squared speed that was asked for.
+    pub(crate) fn speed_v2_at(&self, place: Place) -> f32 {
+        match place == self.start {
+            true => self.entry_v2,
+            false => self.speed_v2(place),
+        }
+    }
+
     /// Speed at a step, steps/s: *v(s)*.
     pub fn speed(&self, step: u32) -> f32 {
         sqrt(self.speed_v2(Place::at(step)))
@@ -284,7 +250,7 @@ impl Trapezoid {
     /// Time that the `steps` after `from` take (seconds), and the speed at their end (steps/s).
     ///
     /// `v0` is the speed at `from`.
-    fn time_over(&self, from: Place, v0: f32, steps: f32) -> (f32, f32) {
+    pub(crate) fn time_over(&self, from: Place, v0: f32, steps: f32) -> (f32, f32) {
         let (x, y) = self.ends(from);
         let first = max(min(self.first - x, steps), 0.0);
         let last = max(min(self.last - (y - steps), steps - first), 0.0);
@@ -306,6 +272,41 @@ impl Trapezoid {
             speed = end;
         }
         (time, speed)
+    }
+
+    /// The place that motion reaches in the time `seconds` after `from`, at most the end; and the
+    /// time that is left there, seconds.
+    pub(crate) fn advance(&self, from: Place, seconds: f32) -> (Place, f32) {
+        let (x, y) = self.ends(from);
+        let mut v = sqrt(self.speed_v2_at(from));
+        let (mut left, mut way) = (seconds, 0.0);
+        let first = max(min(self.first - x, y), 0.0);
+        if first > 0.0 {
+            let time = 2.0 * first / (v + self.cruise);
+            if left < time {
+                let gone = v * left + 0.25 * self.first_slope * left * left;
+                return (from.moved(max(min(gone, first), 0.0)), 0.0);
+            }
+            (left, way, v) = (left - time, first, self.cruise);
+        }
+        let middle = max(y - way - self.last, 0.0);
+        if middle > 0.0 {
+            let time = middle / v;
+            if left < time {
+                return (from.moved(way + v * left), 0.0);
+            }
+            (left, way) = (left - time, way + middle);
+        }
+        let rest = max(y - way, 0.0);
+        if rest > 0.0 {
+            let time = 2.0 * rest / (v + sqrt(self.exit_v2));
+            if left < time {
+                let gone = v * left - 0.25 * self.last_slope * left * left;
+                return (from.moved(way + max(min(gone, rest), 0.0)), 0.0);
+            }
+            left -= time;
+        }
+        (Place::at(self.end), left)
     }
 
     /// The stretch that step `from` lies in.

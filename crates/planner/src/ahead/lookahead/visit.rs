@@ -1,5 +1,4 @@
-//! Looks at planned moves without changing them: for ramps that go on in later moves, for reports
-//! and for the explanation of a job.
+//! Looks at planned moves without changing them: for reports and for the explanation of a job.
 
 use super::{Braking, LookAhead};
 use crate::moves::PlannedMove;
@@ -8,18 +7,13 @@ use crate::moves::PlannedMove;
 const VISITED: usize = 4;
 
 impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
-    /// The planned move at `index`; the running one is the first.
-    pub(crate) fn planned(&self, index: usize) -> Option<&PlannedMove<AXES, MOTORS>> {
-        self.moves.get(index).filter(|_| index < self.planned)
-    }
-
     /// The slow move ahead: the limit at its start bounds the speed at the start of the next move
     /// to run. `None` where the rest at the end of the plan bounds it.
     pub(crate) fn slow_start(
         &self,
         braking: &impl Braking<AXES, MOTORS>,
     ) -> Option<&PlannedMove<AXES, MOTORS>> {
-        let next = usize::from(self.running);
+        let next = self.begun();
         if self.is_bound_by_end() {
             return None;
         }
@@ -53,7 +47,11 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
         let mut found = None;
         for index in (from..end).rev() {
             let of = self.moves.get(index)?;
-            v2 = v2.saturating_add(braking.gain(of, self.moves.get(index + 1), v2));
+            let gain = match braking.is_eased() {
+                true => self.eased_gain(index, v2, braking),
+                false => braking.gain(of, self.moves.get(index + 1), v2),
+            };
+            v2 = v2.saturating_add(gain);
             if v2 >= of.cap {
                 v2 = of.cap;
                 found = Some(of);
@@ -78,7 +76,7 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
     /// and earlier ones are left out. Returns the number of the move to go on with, if there is
     /// one.
     ///
-    /// `visit` takes each move, the move after it, and the largest squared speed (units) at which
+    /// `visit` takes the index of each move, the move, the move after it, and the largest squared speed (units) at which
     /// it may end. `guess` completes a move that is not planned yet; it takes that move and how
     /// many such moves come before it.
     pub(crate) fn visit_block(
@@ -86,9 +84,14 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
         from: u16,
         braking: &impl Braking<AXES, MOTORS>,
         guess: impl Fn(usize, &PlannedMove<AXES, MOTORS>) -> PlannedMove<AXES, MOTORS>,
-        mut visit: impl FnMut(&PlannedMove<AXES, MOTORS>, Option<&PlannedMove<AXES, MOTORS>>, u32),
+        mut visit: impl FnMut(
+            usize,
+            &PlannedMove<AXES, MOTORS>,
+            Option<&PlannedMove<AXES, MOTORS>>,
+            u32,
+        ),
     ) -> Option<u16> {
-        let (waiting, len) = (usize::from(self.running), self.moves.storage_len());
+        let (waiting, len) = (self.begun(), self.moves.storage_len());
         let asked = usize::from(from.wrapping_sub(self.first));
         let begin = if asked > len {
             waiting // the move has begun since
@@ -99,7 +102,7 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
         let end = (begin + (1 << self.block_bits) - into).min(len);
         let at = |index: usize| {
             let of = self.moves.get(index)?;
-            let unplanned = index.checked_sub(self.planned);
+            let unplanned = index.checked_sub(self.settled);
             Some(unplanned.map_or(*of, |count| guess(count, of)))
         };
         let known = end + usize::from(self.is_inside(end)) * (len - end);
@@ -114,15 +117,18 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
                 *place = (of, v2);
             }
             if let Some(of) = of.as_ref().filter(|_| index < known) {
-                let gain = braking.gain(of, after.as_ref(), v2);
+                let eased = braking.is_eased();
+                let eased = eased.then(|| braking.eased_gain(&self.path(), index, v2));
+                let gain = eased.flatten();
+                let gain = gain.unwrap_or_else(|| braking.gain(of, after.as_ref(), v2));
                 v2 = v2.saturating_add(gain).min(of.cap);
             }
             after = of;
         }
         let stop = end.min(begin + VISITED);
-        for pair in near.windows(2).take(stop.saturating_sub(begin)) {
+        for (index, pair) in (begin..stop).zip(near.windows(2)) {
             if let [(Some(of), limit), (next, _)] = pair {
-                visit(of, next.as_ref(), *limit);
+                visit(index, of, next.as_ref(), *limit);
             }
         }
         (stop > begin && stop < len).then(|| self.number(stop))

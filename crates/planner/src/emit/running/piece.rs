@@ -5,6 +5,7 @@ use super::{Running, Timing};
 use crate::emit::fit::{steps, Carry, Linear};
 use crate::real::{max, min};
 use crate::speed::plan::Place;
+use crate::Profile;
 use core::num::NonZeroU16;
 use leadscrew_stepper::{Early, Interval, IntervalChange, MotorMask, Smoothing};
 
@@ -51,12 +52,12 @@ struct Ramp {
 impl<const MOTORS: usize> Running<MOTORS> {
     /// The next piece: a part of a step event, or as many whole step events as a segment may have.
     pub(super) fn piece(&mut self, timing: Timing, carry: &mut Carry) -> Piece {
-        if self.is_for_parts(timing) {
+        if self.is_for_parts(timing) || self.profile.is_open(self.drive.here) {
             if let Some(part) = self.part(timing, carry) {
                 return part;
             }
         }
-        let done = self.here.step();
+        let done = self.drive.here.step();
         let stretch = self.profile.stretch(done);
         let events = steps(self.speed, stretch.acceleration, timing.longest_segment)
             .min(stretch.steps)
@@ -73,8 +74,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// 24 bits so that no drift adds up.
     fn cruise_piece(&mut self, events: u32, timing: Timing, carry: &mut Carry) -> Piece {
         let seconds = 1.0 / self.speed;
-        self.here = Place::at(self.here.step() + events);
-        let steady = self.acceleration * seconds * seconds * seconds < 16.0 * SURPRISE;
+        self.drive.here = Place::at(self.drive.here.step() + events);
+        let steady = self.drive.acceleration * seconds * seconds * seconds < 16.0 * SURPRISE;
         let evenness = if steady { 1.0 } else { NEARLY_EVEN };
         let smoothing = self.tracer.smoothing(seconds, timing, evenness);
         let ticks = ticks(events, smoothing);
@@ -98,7 +99,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         let ramp = self.ramp(events);
         let evenness = min(self.speed, ramp.exit) * ramp.seconds / all;
         self.speed = ramp.exit;
-        self.here = Place::at(self.here.step() + events);
+        self.pass(Place::at(self.drive.here.step() + events), ramp.seconds);
         let smoothing = self.tracer.smoothing(ramp.seconds / all, timing, evenness);
         let ticks = ticks(events, smoothing);
         let count = f32::from(ticks.get());
@@ -130,7 +131,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
 
     /// The next `events` steps of the profile.
     fn ramp(&self, events: u32) -> Ramp {
-        let (done, all) = (self.here.step(), events as f32);
+        let (done, all) = (self.drive.here.step(), events as f32);
         let half = if events > 1 { (events / 2) as f32 } else { 0.5 };
         let over = |from, speed, steps| self.profile.time_over(Place::at(from), speed, steps);
         let (first, middle_speed) = over(done, self.speed, half);
@@ -231,14 +232,14 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// Whether a part is next, or a step event that may have to be handed out in parts: one that
     /// takes much longer than the next, or longer than a segment, or may do so after an override.
     fn is_for_parts(&self, timing: Timing) -> bool {
-        let is_sudden = self.speed * self.speed < SUDDEN * self.acceleration;
-        !self.here.is_whole() || is_sudden || self.speed * timing.longest_segment < LONGER
+        let is_sudden = self.speed * self.speed < SUDDEN * self.drive.acceleration;
+        !self.drive.here.is_whole() || is_sudden || self.speed * timing.longest_segment < LONGER
     }
 
     /// The next part of the step event. `None` where the event takes no longer than a segment may
     /// and no motor needs parts, or ticks would be too close.
     fn part(&mut self, timing: Timing, carry: &mut Carry) -> Option<Piece> {
-        let (shortest, start) = (timing.shortest_tick, self.here);
+        let (shortest, start) = (timing.shortest_tick, self.drive.here);
         let longest = max(timing.longest_segment, 2.0 * shortest);
         let end = Place::at(start.step() + 1);
         let rest = self.part_to(end);
@@ -255,7 +256,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         };
         let interval = carry.tick(part.seconds * timing.hz, shortest * timing.hz);
         self.speed = part.exit;
-        self.here = part.to;
+        self.pass(part.to, part.seconds);
         self.made = if part.to < end {
             self.made.with(part.motors)
         } else {
@@ -269,7 +270,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
             ticks: NonZeroU16::MIN,
             smoothing: Smoothing::None,
             motors: part.motors,
-            ends_event: self.here.is_whole(),
+            ends_event: self.drive.here.is_whole(),
             early: self.tracer.early().of_a_part(),
             interval,
             interval_change: IntervalChange::ZERO,
@@ -280,8 +281,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// The part from the end of the segments handed out up to `to`.
     #[inline(never)] // inlined, a record of four motors takes 156 bytes more
     fn part_to(&self, to: Place) -> Part {
-        let way = to.after(self.here);
-        let (seconds, exit) = self.profile.time_over(self.here, self.speed, way);
+        let way = to.after(self.drive.here);
+        let (seconds, exit) = self.profile.time_over(self.drive.here, self.speed, way);
         Part {
             motors: MotorMask::NONE,
             to,
@@ -294,7 +295,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// left. No tick comes before `earliest`. Motors that are due less than `shortest` after a tick
     /// step with it. So the last part advances all motors that are left.
     fn next_due(&self, rest: Part, earliest: f32, shortest: f32) -> Part {
-        let due = self.tracer.due(self.here.step());
+        let due = self.tracer.due(self.drive.here.step());
         let left = || {
             let places = due.iter().enumerate();
             places.filter(|(motor, at)| **at < rest.to && !self.made.contains(*motor))
@@ -317,19 +318,28 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// if such a part can be found.
     ///
     /// `whole` is divided into as many parts as needed, each of the same time. The length of a
-    /// part is found as under constant acceleration, which it mostly is. Where a ramp ends, or
-    /// under a jerk limit, the length is corrected. A part that is too short in time is made
-    /// longer in proportion, which is never too much where the speed grows. A part that takes too
-    /// long is made shorter by the cube of the ratio, as out of rest with limited jerk.
+    /// part is found as under constant acceleration, which it mostly is. Where a ramp ends, the
+    /// length is corrected. A part that is too short in time is made longer in proportion, which is
+    /// never too much where the speed grows. A part that takes too long is made shorter by the cube
+    /// of the ratio. Under a jerk limit a part ends where the known way ends.
     fn cut(&self, whole: Part, longest: f32) -> Part {
-        let (v0, v1, left) = (self.speed, whole.exit, whole.to.after(self.here));
+        if let Profile::Mean(mean) = &self.profile {
+            let (to, seconds, exit) = mean.after(min(longest, MOST_OF_IT * whole.seconds));
+            return Part {
+                motors: MotorMask::NONE,
+                to,
+                seconds,
+                exit,
+            };
+        }
+        let (v0, v1, left) = (self.speed, whole.exit, whole.to.after(self.drive.here));
         let pieces = ((whole.seconds / longest) as u32).saturating_add(1);
         let wanted = whole.seconds / pieces as f32;
         let gained = 0.25 * (v1 * v1 - v0 * v0) / left * wanted;
         let (mut way, mut part, mut shortened) = ((v0 + gained) * wanted, whole, false);
         for _ in 0..CORRECTIONS {
             way = max(min(way, MOST_OF_IT * left), LEAST_WAY);
-            part = self.part_to(self.here.moved(way));
+            part = self.part_to(self.drive.here.moved(way));
             let ratio = wanted / part.seconds;
             if part.seconds > longest {
                 way *= max(ratio * ratio * ratio, 0.1);
