@@ -107,7 +107,7 @@ pub(crate) fn start(_: TIM2, _: TIM11) {
     pulse_timer().dier().write(|w| w.uie().enabled());
 }
 
-/// True if motion is to begin. At rest this also puts new levels out; while a pulse is under way it
+/// True if motion is to begin. At rest this also puts new levels out; while a step pin is on, it
 /// leaves them to the interrupt at the pulse's end. Interrupt of TIM11, which the main loop pends.
 #[inline(always)] // with `is_pulsing` inlined too, a pulse ends in 69 cycles and not in 77
 pub(crate) fn is_to_start(shared: &Shared<MOTORS>) -> bool {

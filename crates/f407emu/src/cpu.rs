@@ -13,7 +13,7 @@ pub(crate) struct Cpu {
     pub(crate) ge: u8,
     /// The IT block under way: condition and mask, 0 outside (A7.3).
     pub(crate) it: u8,
-    /// True if the instruction under way stands in an IT block.
+    /// True if the core executes an instruction of an IT block.
     pub(crate) in_it: bool,
     /// IPSR: the number of the exception under way, 0 in thread mode.
     pub(crate) exception: u8,
@@ -76,7 +76,7 @@ impl Cpu {
         self.r[usize::from(register & 15)] = value;
     }
 
-    /// Address of the instruction under way.
+    /// The address of the instruction that the core executes.
     pub(crate) fn current(&self) -> u32 {
         self.r[PC].wrapping_sub(4)
     }

@@ -185,7 +185,7 @@ impl Machine {
         self.update_all_pins(cycle, Cause::Reset);
     }
 
-    /// Runs until the clock reaches `cycle`; the instruction under way is finished.
+    /// Runs until the clock reaches `cycle`; the core finishes its instruction.
     ///
     /// # Errors
     /// When the core locks up and no watchdog is running, at a breakpoint with a debugger, and

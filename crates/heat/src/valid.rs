@@ -109,7 +109,8 @@ impl HeaterConfig {
 }
 
 impl HeatConfig {
-    /// Checks this configuration and those of its heaters. [`crate::Heat::new`] calls it.
+    /// Checks the extension's configuration and its heaters' configurations. [`crate::Heat::new`]
+    /// calls this method.
     ///
     /// # Errors
     /// A value with which a heater would not be watched.

@@ -46,7 +46,7 @@ pub fn job(text: &str, options: &Options) -> Result<Job, Faults> {
 struct Printer {
     /// The tool's place after homing, in the file's coordinates.
     home: Option<[Mm; 3]>,
-    /// True if motion may be under way.
+    /// True if the printer may still move.
     moves: bool,
     /// The place in the file's coordinates, as far as it is known.
     place: Place,

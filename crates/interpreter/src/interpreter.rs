@@ -100,7 +100,7 @@ impl<const AXES: usize> Interpreter<AXES> {
     }
 
     /// M70 to M73 stand alone: M72 puts the modes in force again that M70 has kept.
-    #[cold]
+    #[cold] // with `commit_rare` cold as well, a line takes 1.8 % fewer instructions here (`icount`)
     fn recall(&self, block: &mut Block<AXES>, plan: &mut Plan<AXES>) -> Result<(), Status> {
         if !cfg!(feature = "linuxcnc") {
             return Ok(());
@@ -205,7 +205,7 @@ impl<const AXES: usize> Interpreter<AXES> {
     }
 
     /// M48 to M51, M70 to M73, and an extension's M code of the user.
-    #[cold]
+    #[cold] // as at `recall`
     fn commit_rare(
         &mut self,
         block: &Block<AXES>,

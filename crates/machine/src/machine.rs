@@ -269,7 +269,8 @@ where
             && self.console.is_quiet()
     }
 
-    /// Returns true if a line is under way that waits neither for the operator nor for a reset.
+    /// Returns true if the machine performs a line that waits neither for the operator nor for a
+    /// reset.
     pub fn line_goes_on(&self) -> bool {
         self.activity.line.is_busy() && self.state.takes_lines()
     }

@@ -41,7 +41,7 @@ const STANDS = 2500;
 const SILENT = 4000;
 /** How long after a reset of the page's the board may start, ms. */
 const RESTARTS = 3000;
-/** Where a bootloader or another speed makes noise: so many bytes that are no text are no Grbl. */
+/** The least count of bytes that are no text from a port that has no Grbl: a bootloader talks, or the baud rate is wrong. */
 const NOISE = 200;
 
 export class Board {

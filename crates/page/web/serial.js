@@ -27,7 +27,7 @@
 /** Bytes that the browser keeps for the page while it is busy: a second of the fastest board. */
 const BUFFER = 65536;
 
-/** The browser's ports; `null` where it has no Web Serial. @returns {Ports | null} */
+/** The browser's ports; `null` if it has no Web Serial. @returns {Ports | null} */
 export function ports() {
   return /** @type {any} */ (navigator).serial ?? null;
 }

@@ -138,7 +138,7 @@ impl Nvic {
         self.changed = true;
     }
 
-    /// The number of handlers that are under way.
+    /// The number of active exceptions.
     pub(crate) fn active_count(&self) -> u32 {
         self.active.count_ones()
     }

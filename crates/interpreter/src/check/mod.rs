@@ -37,8 +37,7 @@ pub(super) struct Plan<const AXES: usize> {
     pub(super) path: Path,
     /// The holes, and the words that the next line of the series need not repeat.
     pub(super) cycle: Option<(Cycle, Series)>,
-    /// The axis words' target, machine coordinates; the present position where they lead
-    /// nowhere.
+    /// The axis words' target, machine coordinates; the present position if they name none.
     pub(super) target: [Coordinate; AXES],
 }
 

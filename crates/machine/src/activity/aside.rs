@@ -42,7 +42,7 @@ pub(crate) enum Phase {
 pub(crate) struct Aside {
     pub(crate) call: Call,
     pub(crate) phase: Phase,
-    /// The receiver of the answer to the M code's line, once that line is no longer under way.
+    /// The receiver of the answer to the M code's line, once the machine has performed that line.
     pub(crate) origin: Origin,
     pub(crate) shown: Shown,
     /// The modes of the program, which the operator's lines may change.

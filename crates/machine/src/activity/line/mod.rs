@@ -57,7 +57,7 @@ pub(crate) enum Wait<const AXES: usize> {
     Own(OwnWait),
     /// The end of storing the line's change.
     Stored {
-        /// True if the machine starts anew after the answer (`$RST=`).
+        /// True if the machine resets itself after the answer (`$RST=`).
         then_restart: bool,
     },
 }
@@ -96,7 +96,7 @@ pub(crate) enum Progress {
 /// The line under way, if there is one.
 #[derive(Clone, Debug)]
 pub(crate) struct Executor<const AXES: usize> {
-    /// The line's origin; `None` while none is under way.
+    /// The line's origin; `None` while the machine performs no line.
     origin: Option<Origin>,
     kind: LineKind,
     commands: Commands<AXES>,
@@ -143,8 +143,8 @@ impl<const AXES: usize> Executor<AXES> {
         self.wait = Wait::Nothing;
     }
 
-    /// True if the line under way goes on after its commands: they are those of an M code that
-    /// comes first, and the other words are read once it is done.
+    /// True if the line goes on after its commands: they are those of an M code that comes first,
+    /// and the machine reads the other words once it is done.
     pub(crate) fn has_rest(&self) -> bool {
         self.has_rest
     }
@@ -161,7 +161,7 @@ impl<const AXES: usize> Executor<AXES> {
         self.wait = Wait::Stored { then_restart };
     }
 
-    /// Returns true if a line is under way.
+    /// Returns true if the machine performs a line.
     pub(crate) fn is_busy(&self) -> bool {
         self.origin.is_some()
     }
@@ -172,12 +172,12 @@ impl<const AXES: usize> Executor<AXES> {
         self.origin.take()
     }
 
-    /// Returns true if the line under way jogs.
+    /// Returns true if the machine performs a jog's line.
     pub(crate) fn is_jogging(&self) -> bool {
         self.is_busy() && self.kind == LineKind::Jog
     }
 
-    /// True if the line under way runs its own motions: the machine shows `Run` between them.
+    /// True if the line makes motions of its own: the machine shows `Run` between them.
     pub(crate) fn is_running(&self) -> bool {
         matches!(self.wait, Wait::Probe(_) | Wait::Own(_))
     }
