@@ -67,6 +67,7 @@ mod takers;
 mod units;
 mod words;
 
+pub use arc::ArcMismatch;
 pub use axes::AxisKind;
 pub use command::{
     ArcShape, Command, Commands, Feed, Jog, OffsetId, Spindle, Travel, MAX_COMMANDS,

@@ -23,6 +23,7 @@ use carriage::Carriage;
 use doubts::Habits;
 use frame::{is_in_machine_coordinates, Spans};
 use known::Probed;
+use leadscrew_gcode::Number;
 use leadscrew_machine::config::{AxisKind, AxisMask, MachineConfig};
 use leadscrew_machine::extension::{Call, Extension};
 use leadscrew_machine::interpreter::{
@@ -34,7 +35,7 @@ use leadscrew_machine::protocol::line_reader::{raw_column, LineReader};
 use leadscrew_machine::protocol::realtime::{Byte, Sorter};
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::Settings;
-use leadscrew_machine::soft_limits;
+use leadscrew_machine::{arc_mismatch, home, soft_limits};
 use leadscrew_planner::Coordinate;
 use leadscrew_program::World;
 use leadscrew_sim::own::{extension, Own, OwnPins};
@@ -339,10 +340,10 @@ impl<const AXES: usize> Checker<AXES> {
                 .config
                 .context(&self.settings, &reach, OwnCodes::some(&own))
         };
-        let extent = self
-            .interpreter
-            .interpret(line, &context, &mut commands)
-            .map_err(refused)?;
+        self.interpreter
+            .allow_mismatch(arc_mismatch(&self.settings));
+        let extent = self.interpreter.interpret(line, &context, &mut commands);
+        let extent = extent.map_err(|fault| refused_by(&self.interpreter, fault))?;
         let mut rest = Commands::new();
         if extent == Extent::First {
             self.interpreter
@@ -493,36 +494,43 @@ impl<const AXES: usize> Checker<AXES> {
         if !self.settings.is_on(Setting::SoftLimits) && !self.travel_counts && self.homed == 0 {
             return Ok(());
         }
-        let (travel, target) = (self.travel(), self.judged(target));
-        if soft_limits::allow(&target, &travel, &self.config.axes) {
+        let travel = self.travel();
+        let top = home::tops(&self.settings, &travel);
+        let target = self.judged(target, &top);
+        if soft_limits::allow(&target, &top, &travel, &self.config.axes) {
             return Ok(());
         }
         Err((
             LineFaultKind::OutOfTravel,
-            Some(self.beyond(&target, &travel)),
+            Some(self.beyond(&target, &top, &travel)),
         ))
     }
 
     /// The sentence that tells which axes would leave their travel, and by how much.
-    fn beyond(&self, target: &[Coordinate; AXES], travel: &[Coordinate; AXES]) -> String {
+    fn beyond(
+        &self,
+        target: &[Coordinate; AXES],
+        top: &[Coordinate; AXES],
+        travel: &[Coordinate; AXES],
+    ) -> String {
         let kinds = self.config.axes.iter();
         let axes = self
             .letters
             .iter()
             .zip(kinds)
-            .zip(target.iter().zip(travel));
-        let is_beyond = |at: Coordinate, travel: Coordinate| {
-            at > Coordinate::ZERO || at < Coordinate::ZERO - travel
-        };
+            .zip(target.iter().zip(top.iter().zip(travel)));
+        let is_beyond =
+            |at: Coordinate, top: Coordinate, travel: Coordinate| at > top || at < top - travel;
         let parts: Vec<String> = axes
-            .filter(|((_, kind), (at, travel))| {
-                **kind != AxisKind::Extruder && is_beyond(**at, **travel)
+            .filter(|((_, kind), (at, (top, travel)))| {
+                **kind != AxisKind::Extruder && is_beyond(**at, **top, **travel)
             })
-            .map(|((name, _), (at, travel))| {
+            .map(|((name, _), (at, (top, travel)))| {
                 format!(
-                    "{name} would be at {:.3} mm, its travel is {:.3} to 0",
+                    "{name} would be at {:.3} mm, its travel is {:.3} to {}",
                     at.to_mm(),
-                    -travel.to_mm()
+                    (*top - *travel).to_mm(),
+                    Number::from_nanos(top.nanos())
                 )
             })
             .collect();
@@ -576,6 +584,19 @@ impl<const AXES: usize> Checker<AXES> {
 /// X, Y and Z in mm.
 fn mm<const AXES: usize>(at: &[Coordinate; AXES]) -> [f64; 3] {
     std::array::from_fn(|axis| at.get(axis).map_or(0.0, |axis| axis.nanos() as f64 * 1e-9))
+}
+
+/// A line that the interpreter refuses; of an arc whose radii differ it says by how much.
+fn refused_by<const AXES: usize>(
+    interpreter: &Interpreter<AXES>,
+    fault: LineFault,
+) -> (LineFaultKind, Option<String>) {
+    let apart = interpreter.take_mismatch();
+    let detail = apart.map(|apart| {
+        let apart = Number::from_nanos(apart.nanos());
+        format!("the radii of the arc at its ends differ by {apart} mm")
+    });
+    (LineFaultKind::Refused(fault), detail)
 }
 
 fn refused(fault: LineFault) -> (LineFaultKind, Option<String>) {

@@ -2,7 +2,7 @@
 
 use crate::board::{Duration, PortConfig};
 use crate::config::MachineConfig;
-use crate::interpreter::MAX_WORD;
+use crate::interpreter::{ArcMismatch, MAX_WORD};
 use crate::motion::Pacing;
 use crate::settings::table::{AxisSetting, Setting};
 use crate::settings::values::{Key, Settings};
@@ -73,6 +73,16 @@ pub(crate) fn pacing<const AXES: usize>(settings: &Settings<AXES>, laser: bool) 
 pub(crate) fn counts(ns: u32, timer_hz: u32) -> Ticks {
     let counts = u64::from(ns) * u64::from(timer_hz);
     Ticks(counts.div_ceil(1_000_000_000) as u32) // fits: no caller asks for more than 356 µs
+}
+
+/// How much farther from an arc's centre one end may be than the other. A share of 100 % and more
+/// is the same.
+pub fn arc_mismatch<const AXES: usize>(settings: &Settings<AXES>) -> ArcMismatch {
+    let of = |setting| settings.value(setting).nanos().unsigned_abs();
+    ArcMismatch {
+        nanos: of(Setting::ArcMismatch),
+        millionths: (of(Setting::ArcMismatchShare) / 100_000).min(1_000_000),
+    }
 }
 
 /// How `S` maps to power.

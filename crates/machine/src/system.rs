@@ -263,12 +263,19 @@ where
         let Some(mut jog) = self.program.interpreter.jog(line, &context)? else {
             return Ok(Reply::Now);
         };
-        let target = jog.travel.target;
-        if self.settings.is_on(Setting::SoftLimits)
-            && !soft_limits::allow(&target, &self.motion.travel, &self.config.axes)
-        {
-            return Err(Status::JogOutOfTravel.into());
+        if !self.is_within_travel(&jog.travel.target) {
+            if !self.settings.is_on(Setting::JogsEnd) {
+                return Err(Status::JogOutOfTravel.into());
+            }
+            soft_limits::clip(
+                &mut jog.travel.target,
+                self.program.interpreter.position(),
+                &self.motion.top,
+                &self.motion.travel,
+                &self.config.axes,
+            );
         }
+        let target = jog.travel.target;
         let channel = self.console.channel(id);
         if channel.is_some_and(|channel| channel.is_jog_cancelled()) {
             return Ok(Reply::Now);

@@ -39,6 +39,7 @@ impl<const AXES: usize> Checker<AXES> {
     /// These axes have been homed: the machine counts from their switches.
     pub(super) fn home_carriages(&mut self, homed: AxisMask) {
         let (travel, negative) = (self.travel(), self.settings.mask(Setting::HomingDirection));
+        let tops = home::tops(&self.settings, &travel);
         for (axis, slot) in self.carriages.iter_mut().enumerate() {
             let Some(carriage) = slot.as_mut().filter(|_| homed >> axis & 1 == 1) else {
                 continue;
@@ -50,7 +51,7 @@ impl<const AXES: usize> Checker<AXES> {
             };
             match switch {
                 Some(switch) => {
-                    let counted = home::place(travel[axis], Coordinate::ZERO, is_low);
+                    let counted = home::place(tops[axis], travel[axis], Coordinate::ZERO, is_low);
                     carriage.zero = nanometres(switch) - counted;
                 }
                 None => *slot = None,

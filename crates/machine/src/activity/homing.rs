@@ -44,7 +44,7 @@ use crate::inputs::{with_sharing, InputConfig};
 use crate::machine::Machine;
 use crate::motion::own_feed;
 use crate::protocol::alarm::Alarm;
-use crate::settings::table::Setting;
+use crate::settings::table::{AxisSetting, Setting};
 use crate::state::State;
 use leadscrew_gcode::Number;
 use leadscrew_planner::{Coordinate, Kinematics, Move, MoveKind, MovePower, THREE_DECIMALS};
@@ -157,32 +157,30 @@ where
     }
 
     fn homing_move(&self, phase: Phase, group: AxisMask) -> Move<AXES> {
-        let pull_off = self.settings.value(Setting::HomingPullOff).to_f32();
-        let (distance, rate) = match phase {
-            Phase::Search => (
-                SEARCH_TRAVELS * self.longest_travel(group),
-                self.settings.value(Setting::HomingSeek).to_f32(),
-            ),
-            Phase::Locate => (
-                LOCATE_PULL_OFFS * pull_off,
-                self.settings.value(Setting::HomingFeed).to_f32(),
-            ),
-            Phase::PullOff | Phase::FinalPullOff => {
-                (-pull_off, self.settings.value(Setting::HomingSeek).to_f32())
-            }
-            Phase::Offset => (
-                self.settings.value(Setting::SecondMotorOffset).to_f32(),
-                self.settings.value(Setting::HomingFeed).to_f32(),
-            ),
-        };
         let moving = match phase {
             Phase::Offset => self.dual_of(group).map_or(0, |dual| axis_bit(dual.axis)),
             Phase::Search | Phase::PullOff | Phase::Locate | Phase::FinalPullOff => group,
         };
+        let moves = |axis: usize| moving >> axis & 1 == 1;
+        let rates: [f32; AXES] = core::array::from_fn(|axis| self.homing_rate(phase, axis));
+        let slowest = (0..AXES).filter(|axis| moves(*axis));
+        let slowest = slowest.fold(f32::INFINITY, |least, axis| pick(&rates, axis).min(least));
         let mut target = self.motion.position();
-        for (axis, target) in target.iter_mut().enumerate() {
-            if moving >> axis & 1 == 1 {
-                let way = Coordinate::from_mm(distance).unwrap_or_default();
+        // The axis that takes longest, its rate, and the squares of all ways over its own.
+        let (mut time, mut rate, mut longest) = (0.0, 0.0, 0.0);
+        let mut ways = [0.0; AXES];
+        for (axis, (target, way)) in target.iter_mut().zip(&mut ways).enumerate() {
+            if moves(axis) {
+                *way = self.homing_way(phase, group, axis);
+                if phase == Phase::Search && slowest > 0.0 {
+                    // A faster axis goes farther in the time of the slowest.
+                    *way *= pick(&rates, axis) / slowest;
+                }
+                let own = pick(&rates, axis);
+                if rate == 0.0 || way.abs() / own > time {
+                    (time, rate, longest) = (way.abs() / own, own, *way);
+                }
+                let way = Coordinate::from_mm(*way).unwrap_or_default();
                 *target = if self.homes_negative(axis) {
                     *target - way
                 } else {
@@ -190,10 +188,11 @@ where
                 };
             }
         }
-        let axes = moving.count_ones() as f32;
+        let squares = ways.iter().filter(|_| longest != 0.0);
+        let squares = squares.fold(0.0, |sum, way| sum + (way / longest) * (way / longest));
         Move {
             target,
-            feed: own_feed(rate * libm::sqrtf(axes)),
+            feed: own_feed(rate * libm::sqrtf(squares)),
             power: MovePower::Off,
             curve: None,
             rounding: THREE_DECIMALS,
@@ -201,6 +200,28 @@ where
             line_number: None,
             kind: MoveKind::System,
         }
+    }
+
+    /// How far an axis goes in a phase, mm; back off its switch if negative.
+    fn homing_way(&self, phase: Phase, group: AxisMask, axis: usize) -> f32 {
+        let pull_off = home::pull_off(&self.settings, axis).to_mm();
+        match phase {
+            Phase::Search => SEARCH_TRAVELS * self.longest_travel(group),
+            Phase::Locate => LOCATE_PULL_OFFS * pull_off,
+            Phase::PullOff | Phase::FinalPullOff => -pull_off,
+            Phase::Offset => self.settings.value(Setting::SecondMotorOffset).to_f32(),
+        }
+    }
+
+    /// How fast an axis goes in a phase, mm/min.
+    fn homing_rate(&self, phase: Phase, axis: usize) -> f32 {
+        let (own, common) = match phase {
+            Phase::Search | Phase::PullOff | Phase::FinalPullOff => {
+                (AxisSetting::HomeSeek, Setting::HomingSeek)
+            }
+            Phase::Locate | Phase::Offset => (AxisSetting::HomeFeed, Setting::HomingFeed),
+        };
+        home::of_axis(&self.settings, own, common, axis).to_f32()
     }
 
     fn longest_travel(&self, group: AxisMask) -> f32 {
@@ -289,11 +310,12 @@ where
 
     /// Sets the position of the axes of `group`: each is a pull-off away from its switch.
     fn set_home(&mut self, group: AxisMask) {
-        let pull_off = Coordinate::from_nanos(self.settings.value(Setting::HomingPullOff).nanos());
         let mut position = self.motion.position();
-        for (axis, (position, travel)) in position.iter_mut().zip(&self.motion.travel).enumerate() {
+        let ends = self.motion.top.iter().zip(&self.motion.travel);
+        for (axis, (position, (top, travel))) in position.iter_mut().zip(ends).enumerate() {
             if group >> axis & 1 == 1 {
-                *position = home::place(*travel, pull_off, self.homes_negative(axis));
+                let pull_off = home::pull_off(&self.settings, axis);
+                *position = home::place(*top, *travel, pull_off, self.homes_negative(axis));
             }
         }
         self.motion.set_position(&position);
@@ -356,6 +378,10 @@ where
         let dual = self.dual_of(group);
         dual.map_or(own, |dual| own.with(MotorMask::only(dual.motor)))
     }
+}
+
+fn pick(values: &[f32], axis: usize) -> f32 {
+    values.get(axis).copied().unwrap_or(0.0)
 }
 
 /// The mask of one axis.

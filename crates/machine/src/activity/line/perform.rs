@@ -24,6 +24,9 @@ use leadscrew_planner::{
 };
 use leadscrew_stepper::OutputChange;
 
+/// The longest time that a spindle takes, µs: an hour.
+const LONGEST_RUN: u64 = 3_600_000_000;
+
 /// Commands carried out in one poll: bounds its time.
 const COMMANDS_A_POLL: usize = 4;
 
@@ -82,7 +85,7 @@ where
             Command::Cycle { travel, cycle } => self.perform_cycle(&travel, &cycle, board, now),
             Command::Probe { travel, kind } => self.perform_probe(&travel, kind, board, now),
             Command::Dwell(seconds) => self.perform_dwell(seconds, now),
-            Command::Spindle(spindle) => self.perform_spindle(&spindle),
+            Command::Spindle(spindle) => self.perform_spindle(&spindle, now),
             Command::Coolant(coolant) => self.perform_coolant(coolant, board),
             Command::StoreOffset { id, value: _ } => self.perform_store(id),
             Command::StoreTool { tool, length } => self.perform_store_tool(tool, length),
@@ -310,7 +313,12 @@ where
 
     pub(crate) fn is_within_travel(&self, target: &[Coordinate; AXES]) -> bool {
         !self.settings.is_on(Setting::SoftLimits)
-            || soft_limits::allow(target, &self.motion.travel, &self.config.axes)
+            || soft_limits::allow(
+                target,
+                &self.motion.top,
+                &self.motion.travel,
+                &self.config.axes,
+            )
     }
 
     fn perform_dwell(&mut self, seconds: Number, now: Instant) -> Progress {
@@ -331,16 +339,54 @@ where
         }
     }
 
-    fn perform_spindle(&mut self, spindle: &Spindle) -> Progress {
+    fn perform_spindle(&mut self, spindle: &Spindle, now: Instant) -> Progress {
         if self.state == State::Check {
             return Progress::Done;
+        }
+        if let Some(end) = self.activity.line.wakes() {
+            return match now >= end {
+                true => Progress::Done,
+                false => Progress::Wait,
+            };
         }
         if self.changes_at_rest(spindle) && !self.is_motion_over() {
             return Progress::Wait;
         }
+        let wait = self.run_time(spindle);
         self.want_spindle(self.light_at_rest(spindle));
         self.console.cadence.overrides_changed();
-        Progress::Done
+        if wait == 0 {
+            return Progress::Done;
+        }
+        self.activity.line.wait = Wait::Dwell(now + Duration::from_ticks(wait));
+        Progress::Wait
+    }
+
+    /// How long a spindle takes from its present state to this one, µs: `$716` to `$718`. A laser
+    /// takes no time.
+    fn run_time(&self, to: &Spindle) -> u64 {
+        if self.tool.spindle.is_laser() {
+            return 0;
+        }
+        let from = self.tool.told;
+        let micros = |setting| self.settings.value(setting).nanos().unsigned_abs() / 1_000;
+        let down = match from.rotation != Rotation::Off && from.rotation != to.rotation {
+            true => micros(Setting::SpindleRunDown),
+            false => 0,
+        };
+        let (starts, speed) = match from.rotation == to.rotation {
+            true => (0, from.speed),
+            false => (micros(Setting::SpindleRunUp), Number::from_int(0)),
+        };
+        if to.rotation == Rotation::Off {
+            return down;
+        }
+        // In whole 1/min; a product that overflows is for ever.
+        let by = to.speed.trunc().abs_diff(speed.trunc());
+        let ramp = micros(Setting::SpindleRunUpBySpeed).saturating_mul(by) / 1_000;
+        down.saturating_add(starts)
+            .saturating_add(ramp)
+            .min(LONGEST_RUN)
     }
 
     /// True if a spindle command changes the output at rest. It does not for a laser under M4,
