@@ -101,16 +101,14 @@ pub(super) fn fitted_centre(
         return Ok(centre);
     }
     // The centre moves along the chord, by (end² − start²) / (2·chord).
-    let chord2 = square_of_length(travel);
-    let difference = start2.abs_diff(end2) as f32;
-    let shift = difference / (2.0 * libm::sqrtf(chord2 as f32));
+    let chord = root(square_of_length(travel)) as f32;
+    let share = mismatch as f32 / chord * ((start + end) as f32 / (2.0 * chord));
     let to_the_left = i128::from(x.nanos()) * i128::from(j.nanos())
         > i128::from(y.nanos()) * i128::from(i.nanos());
     let is_long = to_the_left != (turn == Turn::Counterclockwise);
-    if mismatch > most || is_long && shift > most as f32 {
+    if mismatch > most || is_long && share * chord > most as f32 {
         return Err(Coordinate::from_nanos(mismatch.min(i64::MAX as u64) as i64));
     }
-    let share = difference / (2.0 * chord2 as f32);
     let share = if end2 > start2 { share } else { -share };
     Ok([i + scaled(x, share), j + scaled(y, share)])
 }

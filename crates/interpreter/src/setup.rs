@@ -1,6 +1,5 @@
 //! The state that one line leaves to the next.
 
-use super::arc::ArcMismatch;
 use super::command::OffsetId;
 use super::cycle::series::Series;
 use super::decimals::Decimals;
@@ -29,8 +28,6 @@ pub struct Interpreter<const AXES: usize> {
     pub(super) series: Option<Series>,
     /// The decimals of the program.
     pub(super) decimals: Decimals,
-    /// What arcs may lack.
-    pub(super) arcs: ArcMismatch,
     /// What the last arc lacked that was refused.
     pub(super) apart: Apart,
 }
@@ -64,7 +61,6 @@ impl<const AXES: usize> Interpreter<AXES> {
             position: [Coordinate::ZERO; AXES],
             series: None,
             decimals: Decimals::UNKNOWN,
-            arcs: ArcMismatch::GRBL,
             apart: Apart::default(),
         }
     }
@@ -73,11 +69,6 @@ impl<const AXES: usize> Interpreter<AXES> {
     pub fn load_offset(&mut self, id: OffsetId, value: [Coordinate; AXES]) {
         self.offsets.set(id, value);
         self.work_offset = self.offsets.work_offset(self.modal.system);
-    }
-
-    /// Sets how much farther from an arc's centre one end may be than the other: `$713`, `$714`.
-    pub fn allow_mismatch(&mut self, of_arcs: ArcMismatch) {
-        self.arcs = of_arcs;
     }
 
     /// Takes how much farther from its centre one end of an arc was than the other, mm, where an arc

@@ -26,6 +26,7 @@ use known::Probed;
 use leadscrew_gcode::Number;
 use leadscrew_machine::config::{AxisKind, AxisMask, MachineConfig};
 use leadscrew_machine::extension::{Call, Extension};
+use leadscrew_machine::home::{self, Bounds};
 use leadscrew_machine::interpreter::{
     ArcShape, Command, Commands, Context, Extent, Fault as LineFault, Feed, Interpreter, OffsetId,
     Own as Codes, OwnCodes, Rotation, Spindle, Strokes, ToolTable, Travel, WorkSystem,
@@ -35,7 +36,7 @@ use leadscrew_machine::protocol::line_reader::{raw_column, LineReader};
 use leadscrew_machine::protocol::realtime::{Byte, Sorter};
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::Settings;
-use leadscrew_machine::{arc_mismatch, home, soft_limits};
+use leadscrew_machine::soft_limits;
 use leadscrew_planner::Coordinate;
 use leadscrew_program::World;
 use leadscrew_sim::own::{extension, Own, OwnPins};
@@ -340,8 +341,6 @@ impl<const AXES: usize> Checker<AXES> {
                 .config
                 .context(&self.settings, &reach, OwnCodes::some(&own))
         };
-        self.interpreter
-            .allow_mismatch(arc_mismatch(&self.settings));
         let extent = self.interpreter.interpret(line, &context, &mut commands);
         let extent = extent.map_err(|fault| refused_by(&self.interpreter, fault))?;
         let mut rest = Commands::new();
@@ -494,43 +493,31 @@ impl<const AXES: usize> Checker<AXES> {
         if !self.settings.is_on(Setting::SoftLimits) && !self.travel_counts && self.homed == 0 {
             return Ok(());
         }
-        let travel = self.travel();
-        let top = home::tops(&self.settings, &travel);
-        let target = self.judged(target, &top);
-        if soft_limits::allow(&target, &top, &travel, &self.config.axes) {
+        let ends = self.bounds();
+        let target = self.judged(target, &ends);
+        if soft_limits::allow(&target, &ends, &self.config.axes) {
             return Ok(());
         }
         Err((
             LineFaultKind::OutOfTravel,
-            Some(self.beyond(&target, &top, &travel)),
+            Some(self.beyond(&target, &ends)),
         ))
     }
 
     /// The sentence that tells which axes would leave their travel, and by how much.
-    fn beyond(
-        &self,
-        target: &[Coordinate; AXES],
-        top: &[Coordinate; AXES],
-        travel: &[Coordinate; AXES],
-    ) -> String {
+    fn beyond(&self, target: &[Coordinate; AXES], ends: &[Bounds; AXES]) -> String {
         let kinds = self.config.axes.iter();
-        let axes = self
-            .letters
-            .iter()
-            .zip(kinds)
-            .zip(target.iter().zip(top.iter().zip(travel)));
-        let is_beyond =
-            |at: Coordinate, top: Coordinate, travel: Coordinate| at > top || at < top - travel;
+        let axes = self.letters.iter().zip(kinds).zip(target.iter().zip(ends));
         let parts: Vec<String> = axes
-            .filter(|((_, kind), (at, (top, travel)))| {
-                **kind != AxisKind::Extruder && is_beyond(**at, **top, **travel)
+            .filter(|((_, kind), (at, ends))| {
+                **kind != AxisKind::Extruder && !(ends.low..=ends.high).contains(at)
             })
-            .map(|((name, _), (at, (top, travel)))| {
+            .map(|((name, _), (at, ends))| {
                 format!(
                     "{name} would be at {:.3} mm, its travel is {:.3} to {}",
                     at.to_mm(),
-                    (*top - *travel).to_mm(),
-                    Number::from_nanos(top.nanos())
+                    ends.low.to_mm(),
+                    Number::from_nanos(ends.high.nanos())
                 )
             })
             .collect();
@@ -541,6 +528,11 @@ impl<const AXES: usize> Checker<AXES> {
         let travel = self.settings.axes(AxisSetting::Travel);
         let reach = self.reach();
         std::array::from_fn(|axis| Coordinate::from_nanos(travel[axis].nanos()).min(reach[axis]))
+    }
+
+    /// The ends of each axis's travel, as the machine has them.
+    fn bounds(&self) -> [Bounds; AXES] {
+        home::bounds(&self.settings, &self.travel(), &self.reach())
     }
 
     /// The farthest coordinates whose steps can be counted: the machine itself has the same limits.

@@ -2,11 +2,8 @@
 //! inputs.
 
 use crate::board::Board;
-use crate::derived::{
-    arc_mismatch, counts, pacing, planner_config, port_config, reach, spindle_scale, travel,
-};
+use crate::derived::{counts, pacing, planner_config, port_config, reach, spindle_scale, travel};
 use crate::extension::Extension;
-use crate::home;
 use crate::inputs::InputConfig;
 use crate::machine::Machine;
 use crate::settings::table::Setting;
@@ -24,10 +21,6 @@ where
         let settings = &self.settings;
         self.motion.reach = reach(settings);
         self.motion.travel = travel(settings, &self.motion.reach);
-        self.motion.top = home::tops(settings, &self.motion.travel);
-        self.program
-            .interpreter
-            .allow_mismatch(arc_mismatch(settings));
         self.switches.inputs.configure(&self.input_config());
         let laser = settings.is_on(Setting::Laser);
         let another_tool = laser != self.tool.spindle.is_laser();

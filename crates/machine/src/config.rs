@@ -2,6 +2,7 @@
 //! options that Grbl chooses when it is compiled.
 
 use crate::board::Duration;
+use crate::derived::arc_mismatch;
 use crate::protocol::line_reader::GRBL_LINE_LENGTH;
 use crate::protocol::report::fields;
 use crate::settings::table::Setting;
@@ -307,6 +308,7 @@ impl<const AXES: usize> MachineConfig<AXES> {
             laser_mode: settings.is_on(Setting::Laser),
             soft_limits: settings.is_on(Setting::SoftLimits),
             reach,
+            arcs: arc_mismatch(settings),
             own,
             tools: ToolTable::NONE,
         }

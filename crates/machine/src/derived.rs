@@ -77,7 +77,7 @@ pub(crate) fn counts(ns: u32, timer_hz: u32) -> Ticks {
 
 /// How much farther from an arc's centre one end may be than the other. A share of 100 % and more
 /// is the same.
-pub fn arc_mismatch<const AXES: usize>(settings: &Settings<AXES>) -> ArcMismatch {
+pub(crate) fn arc_mismatch<const AXES: usize>(settings: &Settings<AXES>) -> ArcMismatch {
     let of = |setting| settings.value(setting).nanos().unsigned_abs();
     ArcMismatch {
         nanos: of(Setting::ArcMismatch),

@@ -51,7 +51,6 @@ mod unsaved;
 pub mod valid;
 pub mod work;
 
-pub use derived::arc_mismatch;
 pub use leadscrew_interpreter as interpreter;
 pub use leadscrew_protocol as protocol;
 pub use leadscrew_settings as settings;

@@ -267,13 +267,8 @@ where
             if !self.settings.is_on(Setting::JogsEnd) {
                 return Err(Status::JogOutOfTravel.into());
             }
-            soft_limits::clip(
-                &mut jog.travel.target,
-                self.program.interpreter.position(),
-                &self.motion.top,
-                &self.motion.travel,
-                &self.config.axes,
-            );
+            let (ends, from) = (self.bounds(), self.program.interpreter.position());
+            soft_limits::clip(&mut jog.travel.target, from, &ends, &self.config.axes);
         }
         let target = jog.travel.target;
         let channel = self.console.channel(id);

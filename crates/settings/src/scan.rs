@@ -19,7 +19,25 @@ pub(super) type Index = Vec<Place, MAX_KEYS>;
 pub(super) struct Place {
     pub(super) code: u16,
     pub(super) length: u8,
-    pub(super) offset: usize,
+    /// Little endian: a place takes 6 bytes, and a machine has some 180.
+    offset: [u8; 3],
+}
+
+impl Place {
+    /// The record begins at `offset`, which is less than 16 MiB.
+    pub(super) fn new(code: u16, length: u8, offset: usize) -> Self {
+        let [low, middle, high, ..] = offset.to_le_bytes();
+        Self {
+            code,
+            length,
+            offset: [low, middle, high],
+        }
+    }
+
+    pub(super) fn offset(self) -> usize {
+        let [low, middle, high] = self.offset;
+        u32::from_le_bytes([low, middle, high, 0]) as usize
+    }
 }
 
 /// How the records of an area end.
@@ -90,11 +108,7 @@ impl Scan {
         sequence: u32,
     ) -> Result<(), S::Error> {
         let RecordHeader { code, length } = header;
-        let place = Place {
-            code,
-            length,
-            offset: self.end,
-        };
+        let place = Place::new(code, length, self.end);
         self.end += header.size();
         if read_payload(flash, area, place)?.is_none() {
             self.spoil(flash, area, self.end - 1)?;
@@ -182,7 +196,7 @@ pub(super) fn read_payload<S: SettingsStore>(
     let Some(body) = buffer.get_mut(..header.size() - RECORD_HEADER) else {
         return Ok(None);
     };
-    flash.read(area, place.offset + RECORD_HEADER, body)?;
+    flash.read(area, place.offset() + RECORD_HEADER, body)?;
     let payload = header.payload(body);
     Ok(payload.and_then(|payload| Payload::from_slice(payload).ok()))
 }

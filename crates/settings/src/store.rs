@@ -191,14 +191,7 @@ impl Records {
             return Ok(Written::Part);
         };
         let length = value.len() as u8; // at most MAX_PAYLOAD
-        note(
-            &mut self.index,
-            Place {
-                code: key.code(),
-                length,
-                offset,
-            },
-        );
+        note(&mut self.index, Place::new(key.code(), length, offset));
         Ok(Written::All)
     }
 
@@ -413,9 +406,9 @@ impl Copy {
         place: Place,
     ) -> Result<(), StoreError<S::Error>> {
         if let Some(payload) = read_payload(flash, from, place)? {
-            let offset = self.end;
+            let copy = Place::new(place.code, place.length, self.end);
             self.append(flash, place.code, &payload)?;
-            note(&mut self.index, Place { offset, ..place });
+            note(&mut self.index, copy);
         }
         Ok(())
     }

@@ -156,7 +156,7 @@ impl<const AXES: usize> Check<'_, AXES> {
             self.length(first, CENTRE_WORDS)?,
             self.length(second, CENTRE_WORDS)?,
         ];
-        fitted_centre(travel, centre, turn, self.state.arcs).map_err(|apart| {
+        fitted_centre(travel, centre, turn, self.context.arcs).map_err(|apart| {
             self.state.apart.note(apart);
             Refusal::words(Status::InvalidTarget, CENTRE_WORDS)
         })

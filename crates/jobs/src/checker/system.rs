@@ -123,10 +123,8 @@ impl<const AXES: usize> Checker<AXES> {
         };
         let mut target = jog.travel.target;
         if self.settings.is_on(Setting::SoftLimits) && self.settings.is_on(Setting::JogsEnd) {
-            let travel = self.travel();
-            let top = home::tops(&self.settings, &travel);
-            let from = self.interpreter.position();
-            soft_limits::clip(&mut target, from, &top, &travel, &self.config.axes);
+            let (ends, from) = (self.bounds(), self.interpreter.position());
+            soft_limits::clip(&mut target, from, &ends, &self.config.axes);
         }
         let outside = |(_, detail)| {
             let fault = Status::JogOutOfTravel.into();
@@ -260,15 +258,14 @@ impl<const AXES: usize> Checker<AXES> {
             Homing::All => cycles.fold(0, |all, cycle| all | cycle),
             Homing::Axis(axis) => 1 << axis,
         };
-        let travel = self.travel();
-        let tops = home::tops(&self.settings, &travel);
+        let ends = self.bounds();
         let negative = self.settings.mask(Setting::HomingDirection);
         let mut position = *self.interpreter.position();
         for (axis, place) in position.iter_mut().enumerate() {
             if mask >> axis & 1 == 1 {
                 let pull_off = home::pull_off(&self.settings, axis);
                 let is_negative = negative >> axis & 1 == 1;
-                *place = home::place(tops[axis], travel[axis], pull_off, is_negative);
+                *place = ends[axis].place(pull_off, is_negative);
             }
         }
         self.interpreter.set_position(position);

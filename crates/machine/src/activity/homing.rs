@@ -311,11 +311,11 @@ where
     /// Sets the position of the axes of `group`: each is a pull-off away from its switch.
     fn set_home(&mut self, group: AxisMask) {
         let mut position = self.motion.position();
-        let ends = self.motion.top.iter().zip(&self.motion.travel);
-        for (axis, (position, (top, travel))) in position.iter_mut().zip(ends).enumerate() {
+        let ends = self.bounds();
+        for (axis, (position, ends)) in position.iter_mut().zip(ends).enumerate() {
             if group >> axis & 1 == 1 {
                 let pull_off = home::pull_off(&self.settings, axis);
-                *position = home::place(*top, *travel, pull_off, self.homes_negative(axis));
+                *position = ends.place(pull_off, self.homes_negative(axis));
             }
         }
         self.motion.set_position(&position);

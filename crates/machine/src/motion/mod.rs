@@ -85,8 +85,6 @@ pub(crate) struct Motion<'a, K, const AXES: usize, const MOTORS: usize> {
     pub(crate) path_end: [Coordinate; AXES],
     /// The travel of each axis: `$130` and up.
     pub(crate) travel: [Coordinate; AXES],
-    /// The upper end of each travel: see [`crate::home::tops`].
-    pub(crate) top: [Coordinate; AXES],
     /// The farthest places on both sides whose steps can be counted.
     pub(crate) reach: [Coordinate; AXES],
 }
@@ -143,7 +141,6 @@ where
             outputs: OutputChange::NONE,
             path_end: [Coordinate::ZERO; AXES],
             travel: [Coordinate::ZERO; AXES],
-            top: [Coordinate::ZERO; AXES],
             reach: [Coordinate::ZERO; AXES],
         })
     }

@@ -6,6 +6,7 @@ use super::{LineKind, Progress, Wait};
 use crate::board::{Board, CoolantOutput, Duration, Instant, SpindleOutput};
 use crate::console::Discard;
 use crate::extension::{Event, Extension};
+use crate::home::{self, Bounds};
 use crate::interpreter::{
     ArcShape, Command, Coolant, Feed, OffsetId, OverrideControl, Rotation, Spindle, Travel,
 };
@@ -313,12 +314,12 @@ where
 
     pub(crate) fn is_within_travel(&self, target: &[Coordinate; AXES]) -> bool {
         !self.settings.is_on(Setting::SoftLimits)
-            || soft_limits::allow(
-                target,
-                &self.motion.top,
-                &self.motion.travel,
-                &self.config.axes,
-            )
+            || soft_limits::allow(target, &self.bounds(), &self.config.axes)
+    }
+
+    /// The ends of each axis's travel.
+    pub(crate) fn bounds(&self) -> [Bounds; AXES] {
+        home::bounds(&self.settings, &self.motion.travel, &self.motion.reach)
     }
 
     fn perform_dwell(&mut self, seconds: Number, now: Instant) -> Progress {
