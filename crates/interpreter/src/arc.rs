@@ -46,23 +46,28 @@ pub(super) fn centre_from_radius(
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ArcMismatch {
-    /// The difference that is always allowed, 10⁻⁹ mm.
-    pub nanos: u64,
-    /// The share of the radius that is allowed up to 0.5 mm, 10⁻⁶.
-    pub millionths: u64,
+    /// The difference that is always allowed, mm.
+    pub length: Number,
+    /// The share of the radius that is allowed up to 0.5 mm, %.
+    pub percent: Number,
 }
 
 impl ArcMismatch {
     /// GRBL allows 0.005 mm, and beyond that a thousandth of the radius up to 0.5 mm.
     pub const GRBL: Self = Self {
-        nanos: 5_000_000,
-        millionths: 1_000,
+        length: Number::from_nanos(5_000_000),
+        percent: Number::from_nanos(100_000_000),
     };
 
-    /// The difference that is allowed at this radius, 10⁻⁹ mm.
+    /// The difference that is allowed at this radius; both 10⁻⁹ mm.
     fn at(self, radius: u64) -> u64 {
-        let share = (radius / 1_000).saturating_mul(self.millionths) / 1_000;
-        self.nanos.max(share.min(SHARE_ENDS))
+        let percent = self.percent.nanos().unsigned_abs() / 1_000;
+        let share = (radius / 1_000).saturating_mul(percent) / 100_000;
+        self.nanos().max(share.min(SHARE_ENDS))
+    }
+
+    fn nanos(self) -> u64 {
+        self.length.nanos().unsigned_abs()
     }
 }
 
@@ -90,7 +95,7 @@ pub(super) fn fitted_centre(
     // The radii at start and end, a and b, differ by
     // |a − b| = |a² − b²| / (a + b)
     // where a + b is no less than a's longest component: most arcs need no root.
-    let least = ArcMismatch::GRBL.nanos.min(allowed.nanos);
+    let least = ArcMismatch::GRBL.nanos().min(allowed.nanos());
     if start2.abs_diff(end2) <= u128::from(least) * longest {
         return Ok(centre);
     }
@@ -101,16 +106,17 @@ pub(super) fn fitted_centre(
         return Ok(centre);
     }
     // The centre moves along the chord, by (end² − start²) / (2·chord).
-    let chord = root(square_of_length(travel)) as f32;
-    let share = mismatch as f32 / chord * ((start + end) as f32 / (2.0 * chord));
-    let to_the_left = i128::from(x.nanos()) * i128::from(j.nanos())
-        > i128::from(y.nanos()) * i128::from(i.nanos());
-    let is_long = to_the_left != (turn == Turn::Counterclockwise);
-    if mismatch > most || is_long && share * chord > most as f32 {
+    let [x, y, i, j] = [x, y, i, j].map(Coordinate::to_mm);
+    let chord2 = x * x + y * y;
+    let share = mismatch as f32 * (start + end) as f32 / (2e12 * chord2);
+    let is_long = (x * j > y * i) != (turn == Turn::Counterclockwise);
+    if mismatch > most || is_long && share * share * chord2 * 1e12 > (most as f32) * (most as f32) {
         return Err(Coordinate::from_nanos(mismatch.min(i64::MAX as u64) as i64));
     }
     let share = if end2 > start2 { share } else { -share };
-    Ok([i + scaled(x, share), j + scaled(y, share)])
+    let moved = |at, way: f32| at + Coordinate::from_mm(way * share).unwrap_or_default();
+    let [first, second] = centre;
+    Ok([moved(first, x), moved(second, y)])
 }
 
 /// The share of the radius is allowed up to 0.5 mm, in 10⁻⁹ mm.
@@ -235,7 +241,7 @@ mod tests {
     #[test]
     fn a_long_arc_whose_centre_would_move_far_is_refused() {
         let allowed = ArcMismatch {
-            nanos: 100_000_000,
+            length: Number::from_nanos(100_000_000),
             ..ArcMismatch::GRBL
         };
         let fit = |turn| fitted_centre([mm(0.5), mm(0.2)], [mm(0.0), mm(10.0)], turn, allowed);
@@ -255,7 +261,9 @@ mod tests {
             radius in 1.0..500.0_f64, from in 0.0..6.3_f64, sweep in 0.3..3.0_f64,
             apart in -0.4..0.4_f64,
         ) {
-            let allowed = ArcMismatch { nanos: 400_100_000, millionths: 0 };
+            let allowed = ArcMismatch {
+                length: Number::from_nanos(400_100_000), percent: Number::from_int(0),
+            };
             let point = |radius: f64, angle: f64| [radius * angle.cos(), radius * angle.sin()];
             let (start, end) = (point(radius, from), point(radius + apart, from + sweep));
             let travel = [end[0] - start[0], end[1] - start[1]];

@@ -34,7 +34,7 @@ use leadscrew_machine::interpreter::{
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::line_reader::{raw_column, LineReader};
 use leadscrew_machine::protocol::realtime::{Byte, Sorter};
-use leadscrew_machine::settings::table::{AxisSetting, Setting};
+use leadscrew_machine::settings::table::Setting;
 use leadscrew_machine::settings::values::Settings;
 use leadscrew_machine::soft_limits;
 use leadscrew_planner::Coordinate;
@@ -525,14 +525,12 @@ impl<const AXES: usize> Checker<AXES> {
     }
 
     fn travel(&self) -> [Coordinate; AXES] {
-        let travel = self.settings.axes(AxisSetting::Travel);
-        let reach = self.reach();
-        std::array::from_fn(|axis| Coordinate::from_nanos(travel[axis].nanos()).min(reach[axis]))
+        self.bounds().map(Bounds::travel)
     }
 
     /// The ends of each axis's travel, as the machine has them.
     fn bounds(&self) -> [Bounds; AXES] {
-        home::bounds(&self.settings, &self.travel(), &self.reach())
+        home::bounds(&self.settings, &self.reach())
     }
 
     /// The farthest coordinates whose steps can be counted: the machine itself has the same limits.

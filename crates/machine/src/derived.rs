@@ -2,7 +2,7 @@
 
 use crate::board::{Duration, PortConfig};
 use crate::config::MachineConfig;
-use crate::interpreter::{ArcMismatch, MAX_WORD};
+use crate::interpreter::MAX_WORD;
 use crate::motion::Pacing;
 use crate::settings::table::{AxisSetting, Setting};
 use crate::settings::values::{Key, Settings};
@@ -75,36 +75,12 @@ pub(crate) fn counts(ns: u32, timer_hz: u32) -> Ticks {
     Ticks(counts.div_ceil(1_000_000_000) as u32) // fits: no caller asks for more than 356 µs
 }
 
-/// How much farther from an arc's centre one end may be than the other. A share of 100 % and more
-/// is the same.
-pub(crate) fn arc_mismatch<const AXES: usize>(settings: &Settings<AXES>) -> ArcMismatch {
-    let of = |setting| settings.value(setting).nanos().unsigned_abs();
-    ArcMismatch {
-        nanos: of(Setting::ArcMismatch),
-        millionths: (of(Setting::ArcMismatchShare) / 100_000).min(1_000_000),
-    }
-}
-
 /// How `S` maps to power.
 pub(crate) fn spindle_scale<const AXES: usize>(settings: &Settings<AXES>) -> SpindleScale {
     SpindleScale {
         max: settings.value(Setting::MaxSpeed).to_f32(),
         min: settings.value(Setting::MinSpeed).to_f32(),
     }
-}
-
-/// The travel of each axis: `$130` and up, but no more than `reach`. So places whose steps cannot
-/// be counted are outside the travel, too.
-pub(crate) fn travel<const AXES: usize>(
-    settings: &Settings<AXES>,
-    reach: &[Coordinate; AXES],
-) -> [Coordinate; AXES] {
-    let travels = settings.axes(AxisSetting::Travel);
-    from_fn(|axis| {
-        let travel = travels.get(axis).map_or(0, |travel| travel.nanos());
-        let reach = reach.get(axis).copied().unwrap_or_default();
-        Coordinate::from_nanos(travel).min(reach)
-    })
 }
 
 /// The distance that an axis may go to either side so that its steps, and the steps of any move,

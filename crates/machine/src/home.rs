@@ -16,6 +16,17 @@ pub struct Bounds {
 }
 
 impl Bounds {
+    /// No travel.
+    pub const NONE: Self = Self {
+        low: Coordinate::ZERO,
+        high: Coordinate::ZERO,
+    };
+
+    /// Returns how far the axis goes.
+    pub fn travel(self) -> Coordinate {
+        self.high - self.low
+    }
+
     /// Returns the machine position of a homed axis: `pull_off` away from its switch, which is at
     /// the low end if the axis homes in the `negative` direction.
     pub fn place(self, pull_off: Coordinate, negative: bool) -> Coordinate {
@@ -26,48 +37,38 @@ impl Bounds {
     }
 }
 
-/// Returns the ends of each axis's travel: from minus `travel` to 0 as in Grbl, or so that the
-/// switch is at the place that `$719` and `$740` say. No end is beyond `reach`, and no `travel` may
-/// be longer than it.
+/// Returns the ends of each axis's travel, `$130` and up: it ends at 0 as in Grbl, or has its switch
+/// at the place that `$719` and `$740` say. It is no longer than `reach`, and no end is beyond
+/// `reach`: places whose steps cannot be counted are outside the travel, too.
 pub fn bounds<const AXES: usize>(
     settings: &Settings<AXES>,
-    travel: &[Coordinate; AXES],
     reach: &[Coordinate; AXES],
 ) -> [Bounds; AXES] {
-    let zero = Coordinate::ZERO;
-    let mut bounds = [Bounds {
-        low: zero,
-        high: zero,
-    }; AXES];
-    let axes = bounds.iter_mut().zip(travel.iter().zip(reach)).enumerate();
-    for (axis, (bounds, (travel, reach))) in axes {
-        let high = top(settings, axis, *travel).max(*travel - *reach);
-        bounds.high = high.min(*reach);
-        bounds.low = bounds.high - *travel;
-    }
-    bounds
+    let mut axes = 0..;
+    reach.map(|reach| axis_bounds(settings, axes.next().unwrap_or(0), reach))
 }
 
-/// The upper end of an axis's travel.
-#[inline(never)] // inlined, an image with a record takes 300 bytes more
-fn top<const AXES: usize>(
+fn axis_bounds<const AXES: usize>(
     settings: &Settings<AXES>,
     axis: usize,
-    travel: Coordinate,
-) -> Coordinate {
+    reach: Coordinate,
+) -> Bounds {
+    let of = |setting| coordinate(settings.get(Key::Axis(setting, axis)));
     let has = |mask| settings.mask(mask) >> axis & 1 == 1;
-    if !has(Setting::OwnHomes) {
-        return Coordinate::ZERO;
+    let travel = of(AxisSetting::Travel).min(reach);
+    let mut high = Coordinate::ZERO;
+    if has(Setting::OwnHomes) {
+        high = of(AxisSetting::HomePlace);
+        if has(Setting::HomingDirection) {
+            high = high + travel;
+        }
+        high = high.max(travel - reach).min(reach);
     }
-    let place = coordinate(settings.get(Key::Axis(AxisSetting::HomePlace, axis)));
-    match has(Setting::HomingDirection) {
-        true => place + travel,
-        false => place,
-    }
+    let low = high - travel;
+    Bounds { low, high }
 }
 
 /// A setting of one axis's homing; `common` if the axis has none of its own.
-#[inline(never)]
 pub fn of_axis<const AXES: usize>(
     settings: &Settings<AXES>,
     own: AxisSetting,
@@ -105,12 +106,10 @@ mod tests {
         let mut all = Settings::<1>::new(&[]);
         for (number, value) in settings {
             let value = Number::from_int(*value);
-            assert!(all.load(Entry {
-                number: *number,
-                value
-            }));
+            let number = *number;
+            assert!(all.load(Entry { number, value }));
         }
-        bounds(&all, &[mm(200.0)], &[mm(300.0)])[0]
+        bounds(&all, &[mm(300.0)])[0]
     }
 
     #[test]

@@ -267,8 +267,9 @@ where
             if !self.settings.is_on(Setting::JogsEnd) {
                 return Err(Status::JogOutOfTravel.into());
             }
-            let (ends, from) = (self.bounds(), self.program.interpreter.position());
-            soft_limits::clip(&mut jog.travel.target, from, &ends, &self.config.axes);
+            let from = self.program.interpreter.position();
+            let (ends, axes) = (&self.motion.bounds, &self.config.axes);
+            soft_limits::clip(&mut jog.travel.target, from, ends, axes);
         }
         let target = jog.travel.target;
         let channel = self.console.channel(id);

@@ -54,6 +54,10 @@ use leadscrew_stepper::{MotorMask, OutputChange};
 const SEARCH_TRAVELS: f32 = 1.5;
 /// The length of the second approach, in pull-off distances.
 const LOCATE_PULL_OFFS: f32 = 5.0;
+/// A rate of 0 is taken as this, mm/min.
+const SLOWEST: f32 = 0.001;
+/// A move without a way takes this, min.
+const SHORTEST: f32 = 1e-9;
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
@@ -161,38 +165,35 @@ where
             Phase::Offset => self.dual_of(group).map_or(0, |dual| axis_bit(dual.axis)),
             Phase::Search | Phase::PullOff | Phase::Locate | Phase::FinalPullOff => group,
         };
-        let moves = |axis: usize| moving >> axis & 1 == 1;
-        let rates: [f32; AXES] = core::array::from_fn(|axis| self.homing_rate(phase, axis));
-        let slowest = (0..AXES).filter(|axis| moves(*axis));
-        let slowest = slowest.fold(f32::INFINITY, |least, axis| pick(&rates, axis).min(least));
+        // The time of the axis that takes longest, min.
+        let time = (0..AXES).filter(|axis| moving >> axis & 1 == 1);
+        let time = time.fold(SHORTEST, |time, axis| {
+            let way = self.homing_way(phase, group, axis).abs();
+            time.max(way / self.homing_rate(phase, axis))
+        });
         let mut target = self.motion.position();
-        // The axis that takes longest, its rate, and the squares of all ways over its own.
-        let (mut time, mut rate, mut longest) = (0.0, 0.0, 0.0);
-        let mut ways = [0.0; AXES];
-        for (axis, (target, way)) in target.iter_mut().zip(&mut ways).enumerate() {
-            if moves(axis) {
-                *way = self.homing_way(phase, group, axis);
-                if phase == Phase::Search && slowest > 0.0 {
-                    // A faster axis goes farther in the time of the slowest.
-                    *way *= pick(&rates, axis) / slowest;
-                }
-                let own = pick(&rates, axis);
-                if rate == 0.0 || way.abs() / own > time {
-                    (time, rate, longest) = (way.abs() / own, own, *way);
-                }
-                let way = Coordinate::from_mm(*way).unwrap_or_default();
-                *target = if self.homes_negative(axis) {
-                    *target - way
-                } else {
-                    *target + way
-                };
+        let mut squares = 0.0;
+        for (axis, target) in target.iter_mut().enumerate() {
+            if moving >> axis & 1 == 0 {
+                continue;
             }
+            let way = match phase {
+                // All go on for that time, each at its own rate.
+                Phase::Search | Phase::Locate => time * self.homing_rate(phase, axis),
+                Phase::PullOff | Phase::FinalPullOff | Phase::Offset => {
+                    self.homing_way(phase, group, axis)
+                }
+            };
+            squares += way * way;
+            let way = Coordinate::from_mm(way).unwrap_or_default();
+            *target = match self.homes_negative(axis) {
+                true => *target - way,
+                false => *target + way,
+            };
         }
-        let squares = ways.iter().filter(|_| longest != 0.0);
-        let squares = squares.fold(0.0, |sum, way| sum + (way / longest) * (way / longest));
         Move {
             target,
-            feed: own_feed(rate * libm::sqrtf(squares)),
+            feed: own_feed(libm::sqrtf(squares) / time),
             power: MovePower::Off,
             curve: None,
             rounding: THREE_DECIMALS,
@@ -202,7 +203,7 @@ where
         }
     }
 
-    /// How far an axis goes in a phase, mm; back off its switch if negative.
+    /// How far an axis goes in a phase at least, mm; back off its switch if negative.
     fn homing_way(&self, phase: Phase, group: AxisMask, axis: usize) -> f32 {
         let pull_off = home::pull_off(&self.settings, axis).to_mm();
         match phase {
@@ -221,14 +222,15 @@ where
             }
             Phase::Locate | Phase::Offset => (AxisSetting::HomeFeed, Setting::HomingFeed),
         };
-        home::of_axis(&self.settings, own, common, axis).to_f32()
+        let rate = home::of_axis(&self.settings, own, common, axis);
+        rate.to_f32().max(SLOWEST)
     }
 
     fn longest_travel(&self, group: AxisMask) -> f32 {
-        let travels = self.motion.travel.iter().enumerate();
-        travels
+        let bounds = self.motion.bounds.iter().enumerate();
+        bounds
             .filter(|(axis, _)| group >> axis & 1 == 1)
-            .fold(0.0, |longest, (_, travel)| travel.to_mm().max(longest))
+            .fold(0.0, |longest, (_, of)| of.travel().to_mm().max(longest))
     }
 
     fn homes_negative(&self, axis: usize) -> bool {
@@ -273,8 +275,8 @@ where
         };
         let config = self.motion.config();
         let steps_per_mm = config.steps_per_mm.get(dual.axis);
-        let travel = self.motion.travel.get(dual.axis);
-        let travel = travel.map_or(0.0, |travel| travel.to_mm());
+        let bounds = self.motion.bounds.get(dual.axis);
+        let travel = bounds.map_or(0.0, |of| of.travel().to_mm());
         let allowed = self.config.squaring.allowance(travel)
             * steps_per_mm.map_or(0.0, |scale| scale.to_f32());
         first.wrapping_sub(*second).unsigned_abs() as f32 > allowed
@@ -311,7 +313,7 @@ where
     /// Sets the position of the axes of `group`: each is a pull-off away from its switch.
     fn set_home(&mut self, group: AxisMask) {
         let mut position = self.motion.position();
-        let ends = self.bounds();
+        let ends = self.motion.bounds.iter();
         for (axis, (position, ends)) in position.iter_mut().zip(ends).enumerate() {
             if group >> axis & 1 == 1 {
                 let pull_off = home::pull_off(&self.settings, axis);
@@ -378,10 +380,6 @@ where
         let dual = self.dual_of(group);
         dual.map_or(own, |dual| own.with(MotorMask::only(dual.motor)))
     }
-}
-
-fn pick(values: &[f32], axis: usize) -> f32 {
-    values.get(axis).copied().unwrap_or(0.0)
 }
 
 /// The mask of one axis.

@@ -6,7 +6,6 @@ use super::{LineKind, Progress, Wait};
 use crate::board::{Board, CoolantOutput, Duration, Instant, SpindleOutput};
 use crate::console::Discard;
 use crate::extension::{Event, Extension};
-use crate::home::{self, Bounds};
 use crate::interpreter::{
     ArcShape, Command, Coolant, Feed, OffsetId, OverrideControl, Rotation, Spindle, Travel,
 };
@@ -25,8 +24,8 @@ use leadscrew_planner::{
 };
 use leadscrew_stepper::OutputChange;
 
-/// The longest time that a spindle takes, µs: an hour.
-const LONGEST_RUN: u64 = 3_600_000_000;
+/// The longest time that a spindle takes, s: an hour.
+const LONGEST_RUN: f32 = 3_600.0;
 
 /// Commands carried out in one poll: bounds its time.
 const COMMANDS_A_POLL: usize = 4;
@@ -314,12 +313,7 @@ where
 
     pub(crate) fn is_within_travel(&self, target: &[Coordinate; AXES]) -> bool {
         !self.settings.is_on(Setting::SoftLimits)
-            || soft_limits::allow(target, &self.bounds(), &self.config.axes)
-    }
-
-    /// The ends of each axis's travel.
-    pub(crate) fn bounds(&self) -> [Bounds; AXES] {
-        home::bounds(&self.settings, &self.motion.travel, &self.motion.reach)
+            || soft_limits::allow(target, &self.motion.bounds, &self.config.axes)
     }
 
     fn perform_dwell(&mut self, seconds: Number, now: Instant) -> Progress {
@@ -359,35 +353,33 @@ where
         if wait == 0 {
             return Progress::Done;
         }
-        self.activity.line.wait = Wait::Dwell(now + Duration::from_ticks(wait));
+        self.activity.line.wait = Wait::Dwell(now + Duration::from_ticks(wait.into()));
         Progress::Wait
     }
 
     /// How long a spindle takes from its present state to this one, µs: `$716` to `$718`. A laser
     /// takes no time.
-    fn run_time(&self, to: &Spindle) -> u64 {
+    fn run_time(&self, to: &Spindle) -> u32 {
         if self.tool.spindle.is_laser() {
             return 0;
         }
         let from = self.tool.told;
-        let micros = |setting| self.settings.value(setting).nanos().unsigned_abs() / 1_000;
-        let down = match from.rotation != Rotation::Off && from.rotation != to.rotation {
-            true => micros(Setting::SpindleRunDown),
-            false => 0,
-        };
-        let (starts, speed) = match from.rotation == to.rotation {
-            true => (0, from.speed),
-            false => (micros(Setting::SpindleRunUp), Number::from_int(0)),
-        };
-        if to.rotation == Rotation::Off {
-            return down;
+        let value = |setting| self.settings.value(setting).to_f32();
+        let (mut seconds, mut by) = (0.0, to.speed.to_f32());
+        if from.rotation == to.rotation {
+            by -= from.speed.to_f32();
+        } else {
+            if from.rotation != Rotation::Off {
+                seconds = value(Setting::SpindleRunDown);
+            }
+            if to.rotation != Rotation::Off {
+                seconds += value(Setting::SpindleRunUp);
+            }
         }
-        // In whole 1/min; a product that overflows is for ever.
-        let by = to.speed.trunc().abs_diff(speed.trunc());
-        let ramp = micros(Setting::SpindleRunUpBySpeed).saturating_mul(by) / 1_000;
-        down.saturating_add(starts)
-            .saturating_add(ramp)
-            .min(LONGEST_RUN)
+        if to.rotation != Rotation::Off {
+            seconds += value(Setting::SpindleRunUpBySpeed) * by.abs() / 1_000.0;
+        }
+        (seconds.min(LONGEST_RUN) * 1e6) as u32
     }
 
     /// True if a spindle command changes the output at rest. It does not for a laser under M4,
