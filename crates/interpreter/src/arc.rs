@@ -108,9 +108,9 @@ pub(super) fn fitted_centre(
     // The centre moves along the chord, by (end² − start²) / (2·chord).
     let [x, y, i, j] = [x, y, i, j].map(Coordinate::to_mm);
     let chord2 = x * x + y * y;
-    let share = mismatch as f32 * (start + end) as f32 / (2e12 * chord2);
+    let share = mismatch as f32 * (start + end) as f32 / (2e18 * chord2);
     let is_long = (x * j > y * i) != (turn == Turn::Counterclockwise);
-    if mismatch > most || is_long && share * share * chord2 * 1e12 > (most as f32) * (most as f32) {
+    if mismatch > most || is_long && share * share * chord2 * 1e18 > (most as f32) * (most as f32) {
         return Err(Coordinate::from_nanos(mismatch.min(i64::MAX as u64) as i64));
     }
     let share = if end2 > start2 { share } else { -share };

@@ -17,7 +17,7 @@
 //!
 //! ```
 //! use leadscrew_interpreter::{
-//! ArcMismatch,     AxisKind, Commands, Context, Dialect, Interpreter, OwnCodes, ToolTable, MAX_WORD,
+//!     ArcMismatch, AxisKind, Commands, Context, Dialect, Interpreter, OwnCodes, ToolTable, MAX_WORD,
 //! };
 //!
 //! let context = Context {

@@ -18,7 +18,7 @@ import {Strokes} from "strokes";
  * @property {number[]} position of the carriage, machine coordinates
  * @property {number[]} offset of work zero
  * @property {number[]} zero where the job has its own zero, machine coordinates
- * @property {number[]} travel of the axes; they go from -travel to 0
+ * @property {Box} travel the ends of the axes' travel, machine position
  * @property {boolean} softLimits
  * @property {boolean} laser
  * @property {number} power share of full power now
@@ -405,8 +405,8 @@ const EDGES = [[0, 1], [2, 3], [4, 5], [6, 7], [0, 2], [1, 3], [4, 6], [5, 7], [
 
 /** @param {Shown} shown @returns {Box} */
 function travelBox(shown) {
-  const [x, y, z] = shown.travel;
-  return {low: [-x, -y, -z], high: [0, 0, 0]};
+  const {low, high} = shown.travel;
+  return {low: low.slice(0, 3), high: high.slice(0, 3)};
 }
 
 /** @param {Box} box */
