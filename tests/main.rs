@@ -9,6 +9,7 @@ mod conformance;
 mod cycles;
 mod dark;
 mod examples;
+mod facade;
 mod flood;
 mod golden_steps;
 mod inputs;

@@ -266,6 +266,30 @@ export const cases = [
     },
   },
   {
+    name: "a program runs as the plain lines that it comes to, and one that reads the machine is not run",
+    machine: FAST,
+    async run({page}) {
+      await isState(page, "Idle");
+      await dropAndTime(page, "steps.ngc", "G21 G90\n#1 = 0\no1 repeat [3]\n#1 = [#1 + 5]\nG1 X#1 F600\no1 endrepeat\nG4 P1\nM2\n");
+      assert.ok(await page.locator("#from").isDisabled());
+      await start(page);
+      await reads(page, "^line 5 of 8, ");
+      await reads(page, "^done in");
+      assert.equal(await text(page, axis("X")), "15.000");
+      assert.equal(await page.evaluate(() => globalThis.leadscrew.trace.count), 4);
+      // The line that is refused is the file's.
+      await dropAndTime(page, "stops.ngc", "o1 repeat [2]\nG1 X0 F600\no1 endrepeat\nG4 P9\n");
+      await start(page);
+      await isState(page, "Run");
+      await reset(page);
+      await reads(page, "^stopped by a reset at line [24]$");
+      await unlock(page);
+      await drop(page, "place.ngc", "G21\nG1 X[#5420 + 1] F600\n");
+      await page.waitForFunction(() => /line 2 reads a place/.test(document.getElementById("findings").textContent));
+      assert.ok(await page.locator("#run").isDisabled());
+    },
+  },
+  {
     name: "a job with an error is not run, and the error leads to its line",
     machine: FAST,
     async run({page}) {

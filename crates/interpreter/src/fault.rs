@@ -2,7 +2,7 @@
 
 use super::code::Code;
 use super::code::Letters;
-use crate::Status;
+use crate::{Dialect, Status};
 use core::fmt;
 use leadscrew_gcode::{words, Error, ErrorKind, Letter, Word};
 
@@ -31,6 +31,46 @@ impl Fault {
         let column = self.column.saturating_add(columns);
         Self { column, ..self }
     }
+
+    /// The fault of a word of `line`, told as what it is if the line is one of a program's. A machine
+    /// that has no more words than Grbl keeps Grbl's number; one that knows LinuxCNC's, in a build
+    /// with or without them, does not.
+    #[cold]
+    pub(super) fn named(self, line: &[u8], dialect: &Dialect) -> Self {
+        if !dialect.linuxcnc {
+            return self;
+        }
+        let status = match self.status {
+            Status::ExpectedLetter | Status::BadNumber | Status::UnsupportedCommand
+                if is_flow(line, self.column) =>
+            {
+                Status::NeedsProgram
+            }
+            Status::ExpectedLetter | Status::BadNumber if has_values(line) => Status::Calculates,
+            status => status,
+        };
+        Self { status, ..self }
+    }
+}
+
+/// True if a filtered line has a parameter or an expression.
+fn has_values(line: &[u8]) -> bool {
+    line.iter().any(|byte| matches!(byte, b'#' | b'['))
+}
+
+/// True if a line has an O word, behind its line number at most, or if M98, M99 or G65 stands at
+/// `column`.
+fn is_flow(line: &[u8], column: usize) -> bool {
+    let bare = line.strip_prefix(b"N").map(|rest| {
+        let digits = rest.iter().take_while(|byte| byte.is_ascii_digit()).count();
+        rest.get(digits..).unwrap_or_default()
+    });
+    let word = line.get(column..).and_then(|rest| words(rest).next()?.ok());
+    bare.unwrap_or(line).first() == Some(&b'O')
+        || word.is_some_and(|word| {
+            let code = (word.letter(), Code::of(word.value()).exact());
+            matches!(code, (Letter::M, Some(98 | 99)) | (Letter::G, Some(65)))
+        })
 }
 
 impl From<Status> for Fault {

@@ -92,6 +92,10 @@ codes! {
             "G43 H and G10 L1 P take the tools that have a length: 1 to 16, settings 881 to 896. A higher number can be changed to with T and M6; without a length of its own leave G43 out, or measure after each change.";
         NothingKept = 204, "M72 has no modes to put in force again",
             "M70 keeps them, M71 and a reset forget them, and M72 uses them up. Put M70 before it.";
+        NeedsProgram = 205, "Only a whole program can call, repeat or choose",
+            "O words, M98, M99 and G65 need all lines of their program at once. Run the file from leadscrew's page, which sends the plain lines that it comes to.";
+        Calculates = 206, "The line has a parameter or an expression",
+            "This machine takes plain numbers. Run the file from leadscrew's page, which sends the plain lines that it comes to.";
     }
 }
 
@@ -113,7 +117,7 @@ mod tests {
         let numbers: Vec<_> = Status::ALL.iter().map(|code| code.number()).collect();
         let expected: Vec<_> = (1..=17)
             .chain(20..=38)
-            .chain([52, 200, 201, 202, 203, 204])
+            .chain([52, 200, 201, 202, 203, 204, 205, 206])
             .collect();
         assert_eq!(numbers, expected);
     }

@@ -86,11 +86,11 @@ impl<const AXES: usize> Block<AXES> {
             let word = match word {
                 Ok(word) => word,
                 Err(_) if line == b"%" && context.dialect.has_linuxcnc() => break,
-                Err(error) => return Err(error.into()),
+                Err(error) => return Err(Fault::from(error).named(line, context.dialect)),
             };
-            self.take(&word, context).map_err(|status| Fault {
-                status,
-                column: word.column(),
+            self.take(&word, context).map_err(|status| {
+                let column = word.column();
+                Fault { status, column }.named(line, context.dialect)
             })?;
         }
         self.finish(context, before);

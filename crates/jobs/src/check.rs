@@ -129,6 +129,11 @@ pub struct CheckReport {
 }
 
 impl CheckReport {
+    /// Returns true if the job is a program: it has a parameter, an expression or an O word.
+    pub(crate) fn is_program(&self) -> bool {
+        self.branches.is_some()
+    }
+
     /// Begins the report of a file.
     fn new(file: &str) -> Self {
         Self {

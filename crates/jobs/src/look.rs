@@ -2,7 +2,7 @@
 //! where its time goes.
 
 use crate::check::read_through;
-use crate::checker::{follow, RestError};
+use crate::checker::{follow, Follow, RestError};
 use crate::foreign::Foreign;
 use crate::machine::Machine;
 use crate::order::{Job, Resume};
@@ -15,10 +15,15 @@ use leadscrew_machine::settings::values::{Entry, Key};
 use leadscrew_planner::Coordinate;
 use leadscrew_sim::link::Rate;
 use leadscrew_sim::profile::{Axes, Door, Limits, Place, Profile, Stops};
+use leadscrew_sim::program::Next;
 use leadscrew_sim::scene::MOVE_BYTES;
 use leadscrew_sim::speed_profile::Recorder;
+use leadscrew_sim::streamer::Lines;
 use serde_json::json;
 use std::io::{self, BufReader, Read};
+
+/// Plain lines that a program may come to, as many as a page takes.
+const MOST_LINES: usize = 1_000_000;
 
 /// Moves in one [`Finding::Scene`] at most.
 const AT_ONCE: usize = 100_000;
@@ -43,6 +48,9 @@ pub enum Finding {
     ///
     /// With `zero_moved`, the way in mm by which the job itself moves its zero.
     Check(String),
+    /// The plain lines of a program without an error, for whoever sends it: JSON with `lines`, and
+    /// `numbers`, the line of the file of each; or with `refused`, the words why there are none.
+    Plain(String),
     /// How much of the job has been timed, percent.
     Progress(u8),
     /// The output of `leadscrew profile --json`.
@@ -144,6 +152,9 @@ impl Workshop {
             tell(Finding::Scene(part.to_vec()));
         }
         tell(Finding::Check(checked.json));
+        if checked.is_clean && checked.is_program {
+            tell(Finding::Plain(plain_lines(job, &machine)));
+        }
         if checked.is_clean && go_on() {
             let homes = homes(&job.text);
             let machine = match homes {
@@ -160,21 +171,66 @@ struct Checked {
     scene: Vec<u8>,
     json: String,
     is_clean: bool,
+    is_program: bool,
+}
+
+/// Follows a job from where its zero is; returns that place too, mm.
+fn follow_job(job: &Job, machine: &Machine) -> io::Result<(Box<dyn Follow>, [f32; 3])> {
+    let mut checker = follow(&job.name, machine);
+    // A machine without homing does not know where its travel ends.
+    if !machine.settings.is_on(Setting::Homing) {
+        return Ok((checker, [0.0; 3]));
+    }
+    let origin: [f32; 3] = std::array::from_fn(|axis| job.origin.get(axis).copied().unwrap_or(0.0));
+    let places = origin.map(Coordinate::from_mm);
+    if places.contains(&None) {
+        return Err(io::Error::other("work zero is no place in mm"));
+    }
+    checker.begin_at(places.map(Option::unwrap_or_default));
+    Ok((checker, origin))
+}
+
+/// What pages are told of a program's plain lines.
+fn plain_lines(job: &Job, machine: &Machine) -> String {
+    let told = match run_through(job, machine) {
+        Ok((lines, numbers)) => json!({"lines": lines, "numbers": numbers}),
+        Err(words) => json!({ "refused": words }),
+    };
+    told.to_string()
+}
+
+/// Runs a program for its plain lines, and the line of the file of each.
+fn run_through(job: &Job, machine: &Machine) -> Result<(Vec<String>, Vec<u64>), String> {
+    let words = |error: io::Error| error.to_string();
+    let (mut checker, _) = follow_job(job, machine).map_err(words)?;
+    let mut source = Lines::new(&job.text[..]);
+    let (mut lines, mut numbers, mut line) = (Vec::new(), Vec::new(), Vec::new());
+    loop {
+        match source.next(&mut line, checker.world()).map_err(words)? {
+            Next::Line => {}
+            Next::Begins => continue,
+            Next::Fault(fault) => return Err(fault.kind.to_string()),
+            Next::End => break,
+        }
+        let number = source.number();
+        checker.check(number, &line);
+        if lines.len() == MOST_LINES {
+            return Err(format!("it comes to more than {MOST_LINES} plain lines"));
+        }
+        lines.push(String::from_utf8_lossy(&line).into_owned());
+        numbers.push(number);
+    }
+    match source.asks() {
+        Some(line) => Err(format!(
+            "line {line} reads a place, an offset, a tool or a probe, which are not known before \
+             the machine is there"
+        )),
+        None => Ok((lines, numbers)),
+    }
 }
 
 fn check(job: &Job, machine: &Machine) -> io::Result<Checked> {
-    let mut checker = follow(&job.name, machine);
-    let origin: [f32; 3] = std::array::from_fn(|axis| job.origin.get(axis).copied().unwrap_or(0.0));
-    // A machine without homing does not know where its travel ends.
-    let has_home = machine.settings.is_on(Setting::Homing);
-    let begin = if has_home { origin } else { [0.0; 3] };
-    if has_home {
-        let places = origin.map(Coordinate::from_mm);
-        if places.contains(&None) {
-            return Err(io::Error::other("work zero is no place in mm"));
-        }
-        checker.begin_at(places.map(Option::unwrap_or_default));
-    }
+    let (mut checker, begin) = follow_job(job, machine)?;
     checker.draw();
     let mut report = read_through(&mut *checker, &job.name, &job.text[..], |_| {})?;
     // A program may set its zero itself, such as by G92 behind $H.
@@ -195,6 +251,7 @@ fn check(job: &Job, machine: &Machine) -> io::Result<Checked> {
         scene,
         json,
         is_clean: report.error_count == 0,
+        is_program: report.is_program(),
     })
 }
 
@@ -385,6 +442,42 @@ mod tests {
             assert_eq!(checked["zero_moved"][0], -10.0 - origin[0], "{checked}");
             assert_eq!(checked["zero_moved"][2], 0.0, "{checked}");
         }
+    }
+
+    /// The plain lines that pages are told.
+    fn plain_of(found: &[Finding]) -> Option<serde_json::Value> {
+        let json = found.iter().find_map(|finding| match finding {
+            Finding::Plain(json) => Some(json),
+            _ => None,
+        });
+        json.map(|json| serde_json::from_str(json).unwrap())
+    }
+
+    #[test]
+    fn a_program_comes_with_its_plain_lines_unless_it_reads_the_machine() {
+        let holes = "G21\no1 repeat [2]\n#1=[#1+5] (next)\nG0X#1\no1 endrepeat\nM2\nG0X99\n";
+        let plain = plain_of(&look(holes, "", [0.0; 3])).unwrap();
+        let lines: Vec<&str> = plain["lines"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .filter_map(|line| line.as_str())
+            .collect();
+        assert_eq!(lines, ["G21", "G0X5", "G0X10", "M2"]);
+        assert_eq!(plain["numbers"], json!([1, 4, 4, 6]));
+        // A mode is one of its own lines; a place is not.
+        let modes = plain_of(&look("G0X[1+#<_metric>]\n", "", [0.0; 3])).unwrap();
+        assert_eq!(modes["lines"], json!(["G0X2"]));
+        for asks in ["#5420", "#<_abs_x>", "#5221", "#5061", "#5400"] {
+            let plain = plain_of(&look(&format!("G21\nG0X[1+{asks}]\n"), "", [0.0; 3])).unwrap();
+            let words = plain["refused"].as_str().unwrap();
+            assert!(words.starts_with("line 2 reads a place"), "{asks}: {words}");
+        }
+        for none in ["G0X1\n", "G0X[1/0]\n", "#1=1\nG1X2\n"] {
+            assert_eq!(plain_of(&look(none, "", [0.0; 3])), None, "{none}");
+        }
+        let endless = "o1 while [1]\nG0X1\no1 endwhile\n";
+        assert_eq!(plain_of(&look(endless, "", [0.0; 3])), None);
     }
 
     #[test]

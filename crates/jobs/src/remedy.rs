@@ -64,11 +64,8 @@ const PARKING: &str = add!(
 const OUTPUTS: &str = add!("This machine has no such outputs.", "[outputs]\ncount = 8");
 const COMPENSATION: &str =
     "Compensation for the cutter's radius is not supported: let the CAM program work it out.";
-const SUBPROGRAMS: &str =
-    "A line alone calls no subprogram: that needs the whole program in a file, \
-                           which `leadscrew run` and `check` take (docs/programs.md).";
-const PROGRAMS: &str = "A line alone has no parameters, expressions or O words: flow needs the \
-                        whole program in a file, which `leadscrew run` and `check` take \
+const PROGRAMS: &str = "A line alone has no parameters, expressions, O words or calls: they need \
+                        the whole program in a file, which `leadscrew run` and `check` take \
                         (docs/programs.md).";
 const THREADS: &str = "Threading is not supported: it needs an encoder on the spindle.";
 const SPLINES: &str = "Splines are not supported: let the CAM program write arcs or lines.";
@@ -77,7 +74,7 @@ const UNSUPPORTED: &str = "This word is not supported. Leave it out, or choose t
 
 /// What helps against `error:20`. A word stands here if a machine file can teach it, or if many
 /// files have it.
-const UNKNOWN: [Remedy; 41] = [
+const UNKNOWN: [Remedy; 38] = [
     Remedy { word: "A", text: A },
     Remedy { word: "B", text: B },
     Remedy { word: "C", text: C },
@@ -186,18 +183,6 @@ const UNKNOWN: [Remedy; 41] = [
         text: COMPENSATION,
     },
     Remedy {
-        word: "M98",
-        text: SUBPROGRAMS,
-    },
-    Remedy {
-        word: "M99",
-        text: SUBPROGRAMS,
-    },
-    Remedy {
-        word: "G65",
-        text: SUBPROGRAMS,
-    },
-    Remedy {
         word: "G33",
         text: THREADS,
     },
@@ -249,16 +234,10 @@ pub(crate) fn remedy(status: Status, rest: &str) -> Option<&'static str> {
             let text = found.or_else(letter).map(|remedy| remedy.text);
             text.or((status == Status::UnsupportedCommand).then_some(UNSUPPORTED))
         }
-        Status::ExpectedLetter | Status::BadNumber if is_program(rest) => Some(PROGRAMS),
+        Status::NeedsProgram | Status::Calculates => Some(PROGRAMS),
         Status::OutOfRange => out_of_range(rest),
         _ => None,
     }
-}
-
-/// Returns true if the text has what programs for other controllers have: `#1`, `[#1+2]`, `O<sub>`.
-fn is_program(rest: &str) -> bool {
-    let word = rest.trim_start_matches(|c: char| c.is_ascii_alphabetic());
-    word.starts_with(['#', '[', '<', '='])
 }
 
 /// `error:52` means something else at each word.
@@ -326,7 +305,7 @@ mod tests {
             let line = line(word);
             let shown = told("", &line).unwrap_or_else(|| panic!("{line} passes"));
             let Some((_, file)) = text.split_once(":\n") else {
-                let told = [PRINTER, SUBPROGRAMS].contains(text);
+                let told = *text == PRINTER;
                 assert!(text.contains("not supported") || told, "{text}");
                 assert!(shown.contains(text), "{line}: {shown}");
                 continue;
@@ -346,6 +325,7 @@ mod tests {
             "G1 X[#1+2] F100",
             "o<a> sub",
             "G1 F[1]",
+            "M98 P1",
         ] {
             let shown = told("", line).unwrap();
             assert!(shown.contains(PROGRAMS), "{line}: {shown}");

@@ -3,6 +3,7 @@
 /// A part of the board that failed. The machine stops, says which part it is, and stays locked
 /// until power goes off and on.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
 pub enum Fault {
     /// A step or a direction pin could not be set.
     StepPin,

@@ -107,6 +107,7 @@ impl<F: NorFlash> SettingsStore for Flash<F> {
 
 /// Why a range of a flash cannot keep settings.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
 pub enum FlashError {
     /// The range ends beyond the flash, which has this number of bytes.
     Beyond(usize),

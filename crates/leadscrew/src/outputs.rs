@@ -1,6 +1,7 @@
 //! Slow pins by `embedded-hal`: drivers, spindle, coolant.
 
 use crate::timed::Pwm;
+use core::fmt;
 use embedded_hal::digital::{ErrorType, OutputPin, PinState};
 use embedded_hal::pwm::{self, SetDutyCycle};
 use leadscrew_machine::board::{CoolantOutput, SpindleOutput};
@@ -125,12 +126,24 @@ impl<F, P, W> Outputs<F, P, W> {
 
 /// Why an output of [`Outputs`] cannot be set.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
 pub enum OutputError<P, W> {
     /// A pin.
     Pin(P),
     /// The spindle's PWM.
     Pwm(W),
 }
+
+impl<P: fmt::Debug, W: fmt::Debug> fmt::Display for OutputError<P, W> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Pin(error) => write!(f, "an output pin cannot be set: {error:?}"),
+            Self::Pwm(error) => write!(f, "the spindle's PWM cannot be set: {error:?}"),
+        }
+    }
+}
+
+impl<P: fmt::Debug, W: fmt::Debug> core::error::Error for OutputError<P, W> {}
 
 impl<F, P, W> Actuators for Outputs<F, P, W>
 where

@@ -241,6 +241,7 @@ impl Speaker<'_> {
 /// Why [`Serial::pump`] has ended.
 #[cfg(feature = "async")]
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
 pub enum LineError<R, W> {
     /// The line has no more bytes: its other end was closed.
     End,

@@ -2,7 +2,7 @@
 
 use crate::bench::{Board, Duty, Timer, World};
 use crate::pins::step_dir;
-use leadscrew::{Cartesian, Config, Fault, Instant, Outputs, Resources, SwitchPins};
+use leadscrew::{Cartesian, Config, Fault, Instant, OutputError, Outputs, Resources, SwitchPins};
 use std::rc::Rc;
 
 fn config() -> Config<3> {
@@ -117,6 +117,18 @@ fn a_laser_changes_its_power_with_the_step_and_is_dark_at_rest() {
         .map(|(at, _)| *at);
     assert!(dark.is_some_and(|at| at <= steps[499]), "{dark:?}");
     assert_eq!(duties.last().map(|(_, duty)| *duty), Some(0));
+}
+
+#[test]
+fn an_output_that_cannot_be_set_says_which() {
+    let errors: [OutputError<&str, &str>; 2] = [OutputError::Pin("stuck"), OutputError::Pwm("off")];
+    assert_eq!(
+        errors.map(|error| error.to_string()),
+        [
+            "an output pin cannot be set: \"stuck\"",
+            "the spindle's PWM cannot be set: \"off\"",
+        ]
+    );
 }
 
 #[test]

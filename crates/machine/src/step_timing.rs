@@ -25,6 +25,7 @@ const LONGEST_TICK_NS: u32 = 390_000;
 /// The value of a [`StepTiming`] with which no board makes steps.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum TimingError {
     /// `tick_ns` is 0: no tick takes no time.
     Tick,

@@ -16,6 +16,7 @@ const MOST: f32 = 2e9;
 /// The value of a [`MachineConfig`] with which no machine can be built.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum ConfigError {
     /// The kinds of the axes: one of the first three is absent or an extruder, an axis comes after
     /// an absent one, or there is more than one extruder.

@@ -46,6 +46,8 @@ pub(crate) enum Tag {
     Taken = 12,
     /// What brings the machine to a line of the job, or why nothing does, as JSON.
     Rest = 13,
+    /// The plain lines of a program, or why there are none, as JSON.
+    Plain = 14,
 }
 
 /// Makes a frame of a tag and its content.
@@ -78,6 +80,7 @@ pub fn finding(finding: &Finding) -> Vec<u8> {
         Finding::Taken(json) => frame(Tag::Taken, json.as_bytes()),
         Finding::Scene(moves) => scene(moves),
         Finding::Check(json) => frame(Tag::Check, json.as_bytes()),
+        Finding::Plain(json) => frame(Tag::Plain, json.as_bytes()),
         Finding::Profile(json) => frame(Tag::Profile, json.as_bytes()),
         Finding::Rest(json) => frame(Tag::Rest, json.as_bytes()),
         Finding::Progress(percent) => frame(Tag::Progress, percent.to_string().as_bytes()),

@@ -4,7 +4,7 @@
 import {readState} from "state";
 
 /** What the machine sends. */
-export const FROM = {WIRE: 1, STATE: 2, MOVES: 3, HELLO: 4, ROLE: 5, NOTE: 6, SCENE: 7, CHECK: 8, PROFILE: 9, PROGRESS: 10, SETTINGS: 11, TAKEN: 12, REST: 13};
+export const FROM = {WIRE: 1, STATE: 2, MOVES: 3, HELLO: 4, ROLE: 5, NOTE: 6, SCENE: 7, CHECK: 8, PROFILE: 9, PROGRESS: 10, SETTINGS: 11, TAKEN: 12, REST: 13, PLAIN: 14};
 /** What the page sends. */
 export const TO = {WIRE: 1, KEY: 2, JOB: 3, CLEAR: 4};
 

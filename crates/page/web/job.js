@@ -27,7 +27,9 @@ import {Path} from "scene";
  * @property {number[]} tools
  * @property {number[]} pauses
  * @property {number[]} zero_moved how far the job itself moves its zero, mm
+ * @property {object[]} [branches] only of a program
  */
+/** @typedef {{lines?: string[], numbers?: number[], refused?: string}} Plain what a program comes to, each with its line of the file; or why it cannot be told */
 /**
  * What `leadscrew profile --json` says.
  * @typedef {object} Profile
@@ -53,6 +55,10 @@ export class Job {
   path = new Path(Infinity);
   /** @type {Check | null} */
   checked = null;
+  /** The plain lines of a program. @type {Plain | null} */
+  plain = null;
+  /** How much of a program has been answered, 0 to 1. */
+  share = 0;
   /** @type {Profile | null} */
   profile = null;
   /** @type {Life} */
@@ -98,7 +104,7 @@ export class Job {
     let left = null;
     bar.hidden = !isUnderWay(life);
     if (life.at === "running" || life.at === "waiting" || life.at === "held") {
-      const done = all > 0 ? this.#until[Math.max(life.line - 1, 0)] / all : life.line / this.lines.length;
+      const done = this.plain ? this.share : all > 0 ? this.#until[Math.max(life.line - 1, 0)] / all : life.line / this.lines.length;
       bar.value = done;
       if (all > 0) left = (1 - done) * all;
     }
@@ -113,6 +119,7 @@ export class Job {
   /** Forgets what was found. */
   forget() {
     this.checked = null;
+    this.plain = null;
     this.profile = null;
     this.#until = new Float64Array();
     by("findings").replaceChildren();
@@ -146,6 +153,17 @@ export class Job {
     }
     by("findings").replaceChildren(...notes, ...list);
     return marks;
+  }
+
+  /** Whether it may be sent: it has no error, and of a program the plain lines are known. */
+  get isSound() {
+    return this.text !== "" && this.checked?.errors.length === 0 && (!this.checked.branches || !!this.plain?.lines);
+  }
+
+  /** @param {Plain} plain */
+  flatten(plain) {
+    this.plain = plain;
+    if (plain.refused) by("findings").append(make("li", {class: "note", text: `This program cannot be run from a page: ${plain.refused}.`}));
   }
 
   /** @param {Profile} profile */

@@ -11,7 +11,7 @@ import {ports} from "serial";
 /** Where a job is to be begun. @typedef {{line: number, clearance: number | null, spin_up: number, start: number[] | null}} Resume */
 
 /** What the simulated machine tells of jobs, whatever machine they are for. */
-const OF_JOBS = [FROM.SCENE, FROM.CHECK, FROM.PROFILE, FROM.PROGRESS, FROM.TAKEN, FROM.REST];
+const OF_JOBS = [FROM.SCENE, FROM.CHECK, FROM.PROFILE, FROM.PROGRESS, FROM.TAKEN, FROM.REST, FROM.PLAIN];
 /** What is told again when the page comes back to it. */
 const KEPT = [FROM.HELLO, FROM.ROLE, FROM.SETTINGS];
 

@@ -93,6 +93,10 @@ const frames = {
     if (!isBusy()) view.fit();
     enable();
   },
+  [FROM.PLAIN]: (plain) => {
+    job.flatten(plain);
+    enable();
+  },
   [FROM.TAKEN]: take,
   [FROM.REST]: (found) => beginning.take(found),
   [FROM.PROFILE]: (profile) => {
@@ -343,6 +347,7 @@ function followJob(now, pause) {
   const life = job.life;
   if (life.at !== "running" && life.at !== "waiting" && life.at !== "held") return;
   const at = line || sender.oldest?.job || life.line;
+  job.share = sender.share;
   if (now.name === "Alarm" || now.name === "Sleep") {
     job.stop(now.alarm || now.name, now.name === "Sleep" ? sender.last : at);
     sender.stop();
@@ -386,10 +391,9 @@ function enable() {
   const may = role.controls && link.isOpen;
   const name = state?.name ?? "";
   for (const element of document.querySelectorAll(".drive")) /** @type {HTMLButtonElement} */ (element).disabled = !may;
-  const hasErrors = (job.checked?.errors.length ?? 1) > 0;
   const free = isFree();
-  /** @type {HTMLButtonElement} */ (by("run")).disabled = !may || !free || !job.checked || hasErrors || job.text === "";
-  /** @type {HTMLButtonElement} */ (by("from")).disabled = !may || !free || hasErrors || !job.profile || job.text === "";
+  /** @type {HTMLButtonElement} */ (by("run")).disabled = !may || !free || !job.isSound;
+  /** @type {HTMLButtonElement} */ (by("from")).disabled = !may || !free || !job.isSound || !job.profile || !!job.plain;
   /** @type {HTMLButtonElement} */ (by("frame")).disabled = !may || !free || !boxOfJob();
   if (needsReset(state)) /** @type {HTMLButtonElement} */ (by("home")).disabled = true;
   /** @type {HTMLButtonElement} */ (by("check")).disabled = !link.looks || job.text === "";
@@ -493,7 +497,8 @@ function start(line = 1, ahead = []) {
   jobBegan = state?.seconds ?? 0;
   log.add(line > 1 ? `${job.name} from line ${line}` : job.name, "sent");
   for (const text of ahead) log.add(text, "sent");
-  sender.run(job.lines.slice(line - 1), line, ahead);
+  const {lines, numbers} = job.plain ?? {};
+  sender.run(lines ?? job.lines.slice(line - 1), line, ahead, numbers);
   enable();
 }
 

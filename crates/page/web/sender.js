@@ -54,9 +54,22 @@ export class Sender {
   reached = 0;
   /** Lines ahead of those of the job, and the number of its first one. */
   #ahead = {count: 0, first: 1};
+  /** The line of the file of each, if they are not one behind the other. @type {number[]} */
+  #numbers = [];
 
-  /** @param {string[]} lines of the job @param {number} [first] the number of the first one @param {string[]} [ahead] lines ahead of them */
-  run(lines, first = 1, ahead = []) {
+  /** How much of the job has been answered, 0 to 1. */
+  get share() {
+    return (this.#next - this.#sent.length) / (this.#job.length || 1);
+  }
+
+  /**
+   * @param {string[]} lines of the job
+   * @param {number} [first] the number of the first one
+   * @param {string[]} [ahead] lines ahead of them
+   * @param {number[]} [numbers] of the lines, if they are not one behind the other
+   */
+  run(lines, first = 1, ahead = [], numbers = []) {
+    this.#numbers = numbers;
     this.last = 0;
     this.reached = 0;
     this.#job = [...ahead, ...lines];
@@ -126,8 +139,9 @@ export class Sender {
   #ofJob() {
     if (this.#next >= this.#job.length) return null;
     const text = this.#job[this.#next];
+    const index = Math.max(this.#next - this.#ahead.count, 0);
     // Marks of the tape's ends are no lines.
-    return {text: text.trimStart().startsWith("%") ? "" : text.replace(NO_LINE, "").replace(/\u00a0/g, " "), job: this.#ahead.first + Math.max(this.#next - this.#ahead.count, 0)};
+    return {text: text.trimStart().startsWith("%") ? "" : text.replace(NO_LINE, "").replace(/\u00a0/g, " "), job: this.#numbers[index] ?? this.#ahead.first + index};
   }
 }
 

@@ -18,6 +18,7 @@ const SLOWEST_TIMER_HZ: u32 = 1_000_000;
 /// range.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum ConfigError {
     /// This axis, counted from 0, has 0 steps/mm.
     StepsPerMm(usize),

@@ -296,6 +296,21 @@ mod tests {
     }
 
     #[test]
+    fn a_reader_without_room_takes_empty_lines_and_refuses_each_other() {
+        let mut reader = LineReader::<0>::new(usize::MAX);
+        for (text, taken) in [
+            ("\n", true),
+            ("G\n", false),
+            ("( G0 )\n", true),
+            ("G0X1\n", false),
+        ] {
+            let ends = text.bytes().filter(|byte| reader.push(*byte)).count();
+            assert_eq!((ends, reader.line().is_ok()), (1, taken), "{text}");
+            reader.clear();
+        }
+    }
+
+    #[test]
     fn blanks_slashes_and_comments_are_dropped_and_letters_become_capitals() {
         let cases = [
             ("g0 x1.5 y-2", "G0X1.5Y-2"),

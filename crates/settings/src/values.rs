@@ -51,7 +51,7 @@ pub enum Key {
 }
 
 impl Key {
-    /// Returns how many settings a machine with `axes` axes has.
+    /// Returns how many settings a machine with `axes` axes has: at most [`MAX_AXES`].
     pub const fn count(axes: usize) -> usize {
         SCALARS + GROUPS * axes
     }
@@ -140,12 +140,12 @@ impl<const AXES: usize> Settings<AXES> {
         Self::of_axes(AXES, defaults)
     }
 
-    /// As [`Settings::new`], for a machine that has only the first `count` axes.
+    /// As [`Settings::new`], for a machine that has only the first `count` axes, at most `AXES`.
     pub fn of_axes(count: usize, defaults: &'static [Entry]) -> Self {
         let mut settings = Self {
             scalars: [ZERO; SCALARS],
             axes: [[ZERO; AXES]; GROUPS],
-            count,
+            count: count.min(AXES),
             defaults,
         };
         settings.restore_defaults();
@@ -663,6 +663,30 @@ mod tests {
                 }
                 prop_assert_eq!(printed, rows(&settings));
             }
+        }
+
+        #[test]
+        fn nonsense_changes_nothing_and_each_setting_can_be_read_and_stored(
+            number in prop_oneof![0..1000_u16, any::<u16>()],
+            nanos in any::<i64>(),
+            shift in 0..63_u32,
+            count in prop_oneof![0..10_usize, any::<usize>()],
+            shortest_pulse_us in any::<u8>(),
+            highest_rate in any::<u32>(),
+        ) {
+            let mut settings = Settings::<6>::of_axes(count, &[]);
+            let before = settings.clone();
+            let entry = Entry { number, value: Number::from_nanos(nanos >> shift) };
+            match settings.set(entry, StepLimits { shortest_pulse_us, highest_rate }) {
+                Err(_) => prop_assert_eq!(&settings, &before),
+                Ok(changes) => {
+                    let mut again = before;
+                    prop_assert!(changes.iter().all(|entry| again.load(*entry)));
+                    prop_assert_eq!(&settings, &again);
+                }
+            }
+            let keys: vec::Vec<Key> = settings.keys().collect();
+            prop_assert!(keys.iter().all(|key| !settings.line(*key).to_string().is_empty()));
         }
 
         #[test]

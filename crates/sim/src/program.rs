@@ -1,7 +1,8 @@
 //! Runs programs with parameters, expressions and O words for their plain lines, as
 //! [`leadscrew_program`] does, with a desk's memory.
 
-use leadscrew_program::{ErrorKind, Program, Step, Texts, World};
+use leadscrew_program::{ErrorKind, Item, Program, Step, Texts, Value, World};
+use std::cell::Cell;
 use std::collections::BTreeMap;
 
 /// Calls within each other, loops within each other, numbered parameters above #30, named ones,
@@ -20,6 +21,29 @@ pub(crate) struct Running {
     /// Lines of this text.
     lines: u64,
     branches: BTreeMap<u64, Branch>,
+    /// The first line of the file that has read what only the machine knows.
+    asks: Option<u64>,
+}
+
+/// The machine of a program, and whether the program has read what only the machine knows: a place,
+/// an offset, a tool, a probe. Modes are those of the program's own lines.
+struct Asked<'w> {
+    world: &'w dyn World,
+    asks: Cell<bool>,
+}
+
+impl World for Asked<'_> {
+    fn read(&self, item: Item) -> Option<Value> {
+        let is_mode = match item {
+            Item::Feed | Item::Speed | Item::SpindleOn | Item::System => true,
+            Item::Metric | Item::Incremental | Item::Plane => true,
+            Item::Probed(_) | Item::ProbeState | Item::Tool | Item::ToolOffset(_) => false,
+            Item::First(_) | Item::Second(_) | Item::G92(_) | Item::Zero(..) => false,
+            Item::Position(_) | Item::Absolute(_) => false,
+        };
+        self.asks.set(self.asks.get() || !is_mode);
+        self.world.read(item)
+    }
 }
 
 impl std::fmt::Debug for Running {
@@ -76,6 +100,7 @@ impl Running {
             before,
             lines,
             branches: BTreeMap::new(),
+            asks: None,
         }
     }
 
@@ -94,9 +119,24 @@ impl Running {
         &self.branches
     }
 
+    /// The first line that has read what only the machine knows.
+    pub(crate) fn asks(&self) -> Option<u64> {
+        self.asks
+    }
+
     /// Runs the program up to its next plain line, which is put into `line`.
     pub(crate) fn next(&mut self, line: &mut Vec<u8>, world: &dyn World) -> Next {
         line.clear();
+        let asks = Cell::new(false);
+        let world = Asked { world, asks };
+        let next = self.next_of(line, &world);
+        if world.asks.get() {
+            self.asks.get_or_insert(self.number());
+        }
+        next
+    }
+
+    fn next_of(&mut self, line: &mut Vec<u8>, world: &dyn World) -> Next {
         let mut text: &[u8] = &self.text;
         loop {
             let step = self.program.step(&mut text as &mut dyn Texts, world);

@@ -481,6 +481,12 @@ impl<R: BufRead> Lines<R> {
         self.program.as_ref().map(Running::branches)
     }
 
+    /// The first line of a program that has read what only the machine knows: a place, an offset, a
+    /// tool, a probe.
+    pub fn asks(&self) -> Option<u64> {
+        self.program.as_ref().and_then(Running::asks)
+    }
+
     /// Returns true if the line read last has to be answered before the next one is read.
     fn waits(&self) -> bool {
         self.program.is_some() && self.probes

@@ -139,7 +139,10 @@ pub fn on_timer<P: StepPort, const MOTORS: usize>(
         find_power(interrupt, segments);
         port.arm(interrupt.stepper.wait());
         interrupt.due = interrupt.stepper.trace();
-        make_up(shared, port);
+        // Not `make_up`: an image that inlines less calls it, which takes 12 cycles of each tick.
+        if port.make_up() {
+            shared.count_late();
+        }
         false
     } else {
         next_segment(interrupt, segments, shared, port);

@@ -52,6 +52,47 @@ fn each_word_is_taken_and_without_the_dialect_it_is_refused_as_in_grbl() {
     }
 }
 
+/// Lines of programs, Grbl's answers to them (those of the first seven are recorded), and ours.
+const OF_PROGRAMS: &[(&str, u8, u8)] = &[
+    ("#1=2", 1, 206),
+    ("[1]", 1, 206),
+    ("X[1]", 2, 206),
+    ("G0X#1", 2, 206),
+    ("O1", 20, 205),
+    ("M98", 20, 205),
+    ("M99", 20, 205),
+    ("G0X-#<way>", 2, 206),
+    ("G0X[1+2]Y2", 2, 206),
+    ("G0XSIN[30]", 2, 206),
+    ("N30#5=[2*3]", 1, 206),
+    ("O100IF[#1GT2]", 20, 205),
+    ("O100SUB", 20, 205),
+    ("N7O100SUB", 20, 205),
+    ("O<NAME>CALL[1]", 2, 205),
+    ("O#1CALL", 2, 205),
+    ("O[1+2]CALL", 2, 205),
+    ("OX", 2, 205),
+    ("G65P100A1", 20, 205),
+    ("M98P#1", 20, 205),
+    ("M098P100L2", 20, 205),
+    // Lines that are wrong in a program, too.
+    ("G999X#1", 20, 20),
+    ("M98.5", 23, 23),
+    ("G1X", 2, 2),
+    ("G1X1.2.3", 1, 1),
+    ("W[1]", 2, 206),
+    ("W1", 20, 20),
+    ("M097", 20, 20),
+];
+
+#[test]
+fn a_line_of_a_program_is_told_as_such_and_without_the_dialect_as_in_grbl() {
+    for (line, grbl, ours) in OF_PROGRAMS {
+        expect_at_power_up(&[(line, *grbl)]);
+        after(&[]).expect(&[(line, *ours)]);
+    }
+}
+
 #[test]
 fn words_that_grbl_takes_too_stay_as_they_are() {
     for lines in [["G0G49", "G49G0X1"], ["G61", "G0X1"], ["M3S10", "G1X1F10"]] {

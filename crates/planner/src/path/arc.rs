@@ -51,6 +51,7 @@ const MOST_CHORDS: u32 = 1 << 24;
 /// The value with which an [`Arc`] cannot be drawn.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum ArcError {
     /// The plane's axes are not two different axes of the machine.
     Plane,
