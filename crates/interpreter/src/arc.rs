@@ -60,6 +60,7 @@ impl ArcMismatch {
     };
 
     /// The difference that is allowed at this radius; both 10⁻⁹ mm.
+    #[inline(never)] // it is called twice
     fn at(self, radius: u64) -> u64 {
         let percent = self.percent.nanos().unsigned_abs() / 1_000;
         let share = (radius / 1_000).saturating_mul(percent) / 100_000;
@@ -106,7 +107,7 @@ pub(super) fn fitted_centre(
         return Ok(centre);
     }
     // The centre moves along the chord, by (end² − start²) / (2·chord).
-    let [x, y, i, j] = [x, y, i, j].map(Coordinate::to_mm);
+    let [[x, y], [i, j]] = [travel, centre].map(|place| place.map(mm));
     let chord2 = x * x + y * y;
     let share = mismatch as f32 * (start + end) as f32 / (2e18 * chord2);
     let is_long = (x * j > y * i) != (turn == Turn::Counterclockwise);
@@ -114,9 +115,8 @@ pub(super) fn fitted_centre(
         return Err(Coordinate::from_nanos(mismatch.min(i64::MAX as u64) as i64));
     }
     let share = if end2 > start2 { share } else { -share };
-    let moved = |at, way: f32| at + Coordinate::from_mm(way * share).unwrap_or_default();
-    let [first, second] = centre;
-    Ok([moved(first, x), moved(second, y)])
+    let ([i, j], [x, y]) = (centre, travel);
+    Ok([i + scaled(x, share), j + scaled(y, share)])
 }
 
 /// The share of the radius is allowed up to 0.5 mm, in 10⁻⁹ mm.
@@ -148,10 +148,14 @@ fn half(length: Coordinate) -> Coordinate {
     Coordinate::from_nanos(length.nanos() / 2)
 }
 
+#[inline(never)] // it is called four times
 fn scaled(length: Coordinate, factor: f32) -> Coordinate {
-    let scaled = Number::from_nanos(length.nanos()).to_f32() * factor;
     // No word is beyond ±10⁹ mm, and neither is the part of one.
-    Coordinate::from_mm(scaled).unwrap_or_default()
+    Coordinate::from_mm(mm(length) * factor).unwrap_or_default()
+}
+
+fn mm(length: Coordinate) -> f32 {
+    Number::from_nanos(length.nanos()).to_f32()
 }
 
 #[cfg(test)]

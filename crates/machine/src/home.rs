@@ -48,6 +48,7 @@ pub fn bounds<const AXES: usize>(
     reach.map(|reach| axis_bounds(settings, axes.next().unwrap_or(0), reach))
 }
 
+#[inline(never)] // inlined, it is there once for each axis
 fn axis_bounds<const AXES: usize>(
     settings: &Settings<AXES>,
     axis: usize,

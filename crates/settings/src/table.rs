@@ -101,7 +101,7 @@ impl Written {
         Row {
             number: self.number,
             name: self.name,
-            unit: *self.unit,
+            unit: self.unit,
             #[cfg(feature = "descriptions")]
             description: self.description,
             #[cfg(not(feature = "descriptions"))]

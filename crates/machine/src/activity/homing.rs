@@ -230,7 +230,10 @@ where
         let bounds = self.motion.bounds.iter().enumerate();
         bounds
             .filter(|(axis, _)| group >> axis & 1 == 1)
-            .fold(0.0, |longest, (_, of)| of.travel().to_mm().max(longest))
+            .fold(Coordinate::ZERO, |longest, (_, of)| {
+                longest.max(of.travel())
+            })
+            .to_mm()
     }
 
     fn homes_negative(&self, axis: usize) -> bool {

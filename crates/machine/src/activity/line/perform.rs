@@ -311,6 +311,7 @@ where
         Progress::Wait
     }
 
+    #[inline(never)] // it has many callers
     pub(crate) fn is_within_travel(&self, target: &[Coordinate; AXES]) -> bool {
         !self.settings.is_on(Setting::SoftLimits)
             || soft_limits::allow(target, &self.motion.bounds, &self.config.axes)
