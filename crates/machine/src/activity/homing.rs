@@ -57,7 +57,7 @@ const LOCATE_PULL_OFFS: f32 = 5.0;
 /// A rate of 0 is taken as this, mm/min.
 const SLOWEST: f32 = 0.001;
 /// A move without a way takes this, min.
-const SHORTEST: f32 = 1e-9;
+const SHORTEST: f32 = 1e-15;
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
@@ -178,7 +178,8 @@ where
                 continue;
             }
             let way = match phase {
-                // All go on for that time, each at its own rate.
+                // All go on for that time, each at its own rate: the faster ones go farther than
+                // they have to.
                 Phase::Search | Phase::Locate => time * self.homing_rate(phase, axis),
                 Phase::PullOff | Phase::FinalPullOff | Phase::Offset => {
                     self.homing_way(phase, group, axis)
