@@ -40,7 +40,7 @@ function withMachine(name, act, more = {}) {
   return {
     name: `a board: ${name}`, machine: undefined, ...more,
     async before(page) {
-      this.machineServer = new Server(BOARD, ["--tcp", "127.0.0.1:0"]);
+      this.machineServer = new Server(BOARD + (more.board ?? ""), ["--tcp", "127.0.0.1:0"]);
       const address = (await this.machineServer.said(/tcp 127.0.0.1:0: ready at (\S+)/))[1];
       this.board = new TcpBoard(address);
       this.stand = new Stand(this.board);
@@ -190,6 +190,26 @@ export const boardCases = [
     assert.ok(await page.locator("#doubt").isHidden(), "a reset at rest loses no place");
     assert.deepEqual(stand.pressed.filter((byte) => byte !== 0x85), [0x7e, 0x21, 0x18]);
   }),
+  withMachine("a tool change is named, a person jogs in it, and each answer is taken for its own line", async ({page, stand}) => {
+    // What is checked is checked for the board: the simulator has no M6.
+    await connectPort(page);
+    await say(page, "M6 T3 (1 mm drill)");
+    await page.locator("#touch").waitFor();
+    assert.equal(await text(page, "#touch-title"), "Tool 3: 1 mm drill");
+    for (const x of [10, 20]) {
+      await page.getByRole("button", {name: "Jog X plus"}).click();
+      await page.waitForFunction((x) => globalThis.leadscrew.state().position[0] === x && globalThis.leadscrew.state().name === "Hold:0", x);
+    }
+    assert.equal(await text(page, "#pause"), "Insert tool 3, 1 mm drill, then Resume.");
+    await page.getByRole("button", {name: "The tip touches"}).click();
+    await page.waitForFunction(() => globalThis.leadscrew.state().offset[2] === 0);
+    await page.getByRole("button", {name: "Resume"}).click();
+    await page.locator("#touch").waitFor({state: "hidden"});
+    await isState(page, "Idle");
+    assert.deepEqual(stand.job, ["M6 T3 (1 mm drill)", "$J=G91G21X10F1000", "$J=G91G21X10F1000", "G21G10L20P0Z0"]);
+    await say(page, "G0 X1");
+    await page.waitForFunction(() => globalThis.leadscrew.state().position[0] === 1);
+  }, {only: "file", board: "[tool_change]\nshown = \"hold\"\n"}),
   withMachine("a job is checked with its settings and at its zero, anew when they change", async ({page}) => {
     await drop(page, "wide.nc", "G21 G90\nG1 X30 F1200\nX0\n");
     await page.waitForFunction(() => /^takes/.test(document.getElementById("job-time").textContent));

@@ -60,6 +60,30 @@ class Installed(unittest.TestCase):
         self.assertEqual(check["grbl"], run["grbl"])
         self.assertNotIn("time", leadscrew.check(text, settings=settings))
 
+    def test_who_waits_is_told_how_far_a_job_is_and_may_end_it(self) -> None:
+        text = "G1 X1 F60000\nX0\n" * 20_000
+        seen: typing.List[typing.Tuple[int, int]] = []
+        with tempfile.TemporaryDirectory() as folder:
+            job = pathlib.Path(folder) / "job.nc"
+            job.write_text(text)
+            for given in (text, job):
+                seen.clear()
+                report = leadscrew.check(given, progress=lambda *far: seen.append(far))
+                self.assertEqual(report, leadscrew.check(given))
+                self.assertEqual(seen, sorted(seen))
+                self.assertGreater(len(seen), 3)
+                self.assertEqual(seen[-1], (len(text), len(text)))
+            with self.assertRaises(leadscrew.LeadscrewError):
+                leadscrew.run(job.with_name("none.nc"), progress=print)
+
+        def stop(given: int, size: int) -> None:
+            raise KeyboardInterrupt
+
+        with self.assertRaises(KeyboardInterrupt):
+            leadscrew.run(text, progress=stop)
+        ended = leadscrew.run("G77\n" + text, progress=lambda *far: None)
+        self.assertEqual(ended["end"]["line"], 1)
+
     def test_each_way_a_job_ends_is_told(self) -> None:
         ends = {
             "G1 X1 F600\n": (None, 1),

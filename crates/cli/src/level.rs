@@ -59,8 +59,9 @@ pub(super) fn level(args: &LevelArgs) -> Result<bool, Unusable> {
     if !args.output.quiet {
         let [(left, right), (front, back)] = map.bounds();
         aside(format!(
-            "map from X{left:.3} Y{front:.3} to X{right:.3} Y{back:.3}, {} lines",
-            job.lines.len()
+            "map from X{left:.3} Y{front:.3} to X{right:.3} Y{back:.3}, {} lines; {}",
+            job.lines.len(),
+            map.accuracy()
         ));
     }
     let inputs = [args.file.as_path(), args.map.as_path()];

@@ -61,7 +61,7 @@ codes! {
         MissingWord = 28, "The command needs another word",
             "G4 needs P, G10 P and L. The first line of a canned cycle needs R and its depth, G82, G86 and G89 need P, G73 and G83 need Q; these words stay until cycle, plane or G90 and G91 change.";
         UnsupportedSystem = 29, "The coordinate system does not exist",
-            "There are six of them, G54 to G59: P1 to P6; where the machine has LinuxCNC's words three more, G59.1 to G59.3: P7 to P9.";
+            "There are six of them, G54 to G59: P1 to P6. A machine with LinuxCNC's words has three more, G59.1 to G59.3: P7 to P9.";
         MachineCoordinatesNeedStraight = 30, "G53 needs G0 or G1",
             "Machine coordinates work with straight motion only. Write G0 or G1 before G53.";
         AxisWordsUnused = 31, "Axis words without a command for them",

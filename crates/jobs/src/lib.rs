@@ -14,6 +14,7 @@ mod check;
 mod checker;
 mod complaint;
 mod foreign;
+mod grbl_timer;
 mod json;
 mod life;
 mod look;
@@ -38,7 +39,7 @@ pub use json::{
 pub use life::{Cause, End, JsonEnd, Wait};
 pub use look::{Finding, Workshop};
 pub use machine::{capped, Machine, TIMING};
-pub use order::{Job, Resume};
+pub use order::{Job, Level, Resume};
 pub use profile::{limits_of, without_lead, ProfileJson, ProfileReport, Trial};
 pub use remark::{Done, Remark};
 pub use rest::{rest_of, Rest};

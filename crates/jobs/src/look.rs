@@ -3,13 +3,15 @@
 
 use crate::check::read_through;
 use crate::checker::{follow, Follow, RestError};
-use crate::foreign::Foreign;
+use crate::foreign::{unix_lines, Foreign};
 use crate::machine::Machine;
-use crate::order::{Job, Resume};
+use crate::order::{Job, Level, Resume};
 use crate::profile::{limits_of, without_lead, ProfileReport};
 use crate::rest::rest_of;
 use crate::stream::Stream;
 use leadscrew_gcode::Number;
+use leadscrew_import::level::{self, Map};
+use leadscrew_import::Faults;
 use leadscrew_machine::settings::table::Setting;
 use leadscrew_machine::settings::values::{Entry, Key};
 use leadscrew_planner::Coordinate;
@@ -19,7 +21,7 @@ use leadscrew_sim::program::Next;
 use leadscrew_sim::scene::MOVE_BYTES;
 use leadscrew_sim::speed_profile::Recorder;
 use leadscrew_sim::streamer::Lines;
-use serde_json::json;
+use serde_json::{json, Value};
 use std::io::{self, BufReader, Read};
 
 /// Plain lines that a program may come to, as many as a page takes.
@@ -38,9 +40,9 @@ const HEAD: usize = 4096;
 /// job that is to be begun at a line comes [`Finding::Rest`] alone.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Finding {
-    /// The job is a file of another machine, and what follows is about the G-code made of it: JSON
-    /// with its `text`, and `notes` for the user; or with `refused`, the words why there is none,
-    /// and nothing follows.
+    /// The job is a file of another machine, or is bent by a surface, and what follows is about the
+    /// G-code made of it: JSON with its `text`, and `notes` for the user; or with `refused`, the
+    /// words why there is none, and nothing follows. With `level` if it was to be bent.
     Taken(String),
     /// Moves of the job in work coordinates: [`Drawn`](leadscrew_sim::scene::Drawn)s.
     Scene(Vec<u8>),
@@ -53,7 +55,8 @@ pub enum Finding {
     Plain(String),
     /// How much of the job has been timed, percent.
     Progress(u8),
-    /// The output of `leadscrew profile --json`.
+    /// The output of `leadscrew profile --json`. With `course`: lines and seconds in the order of time,
+    /// line 0 at rest.
     Profile(String),
     /// What brings the machine to where the job stands at a line: JSON with the lines, `preamble`;
     /// or with `refused`, the words why the job cannot be begun there; and `resume`, what was asked.
@@ -98,6 +101,17 @@ impl Workshop {
     pub fn look(&self, job: &Job, go_on: &dyn Fn() -> bool, tell: &mut dyn FnMut(Finding)) {
         if let Some(resume) = &job.resume {
             return tell(Finding::Rest(self.rest(job, resume)));
+        }
+        if let Some(level) = &job.level {
+            return match bent(job, level) {
+                Ok((made, json)) => {
+                    tell(Finding::Taken(json));
+                    self.look_at(&made, go_on, tell);
+                }
+                Err(words) => tell(Finding::Taken(
+                    json!({"refused": words, "level": true}).to_string(),
+                )),
+            };
         }
         match self.taken(job) {
             Ok(None) => self.look_at(job, go_on, tell),
@@ -164,6 +178,34 @@ impl Workshop {
             time(job, &machine, homes, go_on, tell);
         }
     }
+}
+
+/// The job bent by a surface, and what pages are told of it.
+fn bent(job: &Job, level: &Level) -> Result<(Job, String), String> {
+    let map = Map::read(&level.heights, [0.0; 3]).map_err(|faults| words(&faults, "the map"))?;
+    let text = unix_lines(&job.text);
+    let tolerance = level.tolerance.clamp(0.0005, 1.0);
+    let made = level::job(&text, &map, tolerance).map_err(|faults| words(&faults, "the job"))?;
+    let text = made.lines.join("\n") + "\n";
+    let note = format!("bent by a map, to {tolerance} mm; {}", map.accuracy());
+    let told = json!({"text": text, "notes": [note], "level": true}).to_string();
+    let job = Job {
+        text: text.into_bytes(),
+        ..job.clone()
+    };
+    Ok((job, told))
+}
+
+/// The first of these faults in words, and how many more there are.
+fn words(faults: &Faults, name: &str) -> String {
+    let Some(first) = faults.0.first() else {
+        return format!("{name} cannot be used");
+    };
+    let more = match faults.0.len() {
+        1 => String::new(),
+        all => format!(", and {} more", all - 1),
+    };
+    format!("line {} of {name}: {}{more}", first.line, first.message)
 }
 
 /// The result of a check.
@@ -310,7 +352,9 @@ fn time(
     // A job that was given up has no result.
     if let Ok(done) = done {
         let report = ProfileReport::new(&job.name, machine.file.letters(), done, true);
-        tell(Finding::Profile(report.json(true)));
+        let mut json: Value = serde_json::from_str(&report.json(true)).unwrap_or_default();
+        json["course"] = json!(report.course());
+        tell(Finding::Profile(json.to_string()));
     }
 }
 
@@ -384,6 +428,9 @@ mod tests {
             panic!("{found:?}")
         };
         let profile: serde_json::Value = serde_json::from_str(json).unwrap();
+        let course = profile["course"].as_array().unwrap().iter();
+        let whole: f64 = course.map(|part| part[1].as_f64().unwrap()).sum();
+        assert!((whole - profile["job_seconds"].as_f64().unwrap()).abs() < 1e-6);
         // 10 mm at 5 mm/s, with ramps of 10 mm/s².
         let ideal = 10.0 / 5.0 + 5.0 / 10.0;
         let seconds = profile["job_seconds"].as_f64().unwrap();
@@ -606,6 +653,52 @@ mod tests {
         let from = rest(3, "G91\nG1X5F100\nX5\n")["refused"].to_string();
         assert!(from.contains("from where the job began"), "{from}");
         assert!(!from.contains("--start"), "{from}");
+    }
+
+    #[test]
+    fn a_job_is_bent_by_a_map_and_then_checked_or_refused_in_words() {
+        let look = |text: &str, heights: &str| {
+            let job = Job {
+                text: text.as_bytes().to_vec(),
+                level: Some(Level {
+                    heights: heights.to_owned(),
+                    tolerance: 0.005,
+                }),
+                ..Job::default()
+            };
+            let mut found = Vec::new();
+            Workshop::new(&Profile::default())
+                .look(&job, &|| true, &mut |finding| found.push(finding));
+            let Finding::Taken(json) = &found[0] else {
+                panic!("{found:?}")
+            };
+            let taken: serde_json::Value = serde_json::from_str(json).unwrap();
+            assert_eq!(taken["level"], true);
+            (taken, found)
+        };
+        let text = "G0 X0 Y0 Z1\nG1 Z-1 F100\nX10 Y10\n";
+        let (taken, found) = look(text, "0,0,0\n10,0,1\n0,10,1\n10,10,2\n");
+        let bent = taken["text"].as_str().unwrap();
+        assert!(bent.ends_with("G1 X10 Y10 Z1\n"), "{bent}");
+        assert!(taken["notes"][0]
+            .as_str()
+            .unwrap()
+            .contains("three columns"));
+        assert_eq!(check_of(&found)["extents"]["z"]["max"], 1.0);
+        for (text, heights, why) in [
+            (text, "", "line 1 of the map: expected a grid"),
+            (
+                text,
+                "0,0,0\n5,0,0\n0,5,0\n5,5,0\n",
+                "line 3 of the job: X10.000 Y10.000 lies outside",
+            ),
+            ("G18\nG19\n", "0,0,0\n5,0,0\n0,5,0\n5,5,0\n", "and 1 more"),
+        ] {
+            let (taken, found) = look(text, heights);
+            let words = taken["refused"].as_str().unwrap();
+            assert!(words.contains(why), "{words}");
+            assert_eq!(found.len(), 1, "the job stays as it is");
+        }
     }
 
     #[test]

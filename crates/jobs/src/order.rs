@@ -24,6 +24,17 @@ pub struct Job {
     pub grbl: Option<NonZeroU32>,
     /// Where the job is to be begun, if only the way there is asked for.
     pub resume: Option<Resume>,
+    /// The surface by which the job is bent first.
+    pub level: Option<Level>,
+}
+
+/// A surface that a job is to follow, as `leadscrew level` takes it.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Level {
+    /// Its heights, `X,Y,Z` in each line, work coordinates, mm.
+    pub heights: String,
+    /// How far a piece may be from the surface or from its arc, mm.
+    pub tolerance: f64,
 }
 
 /// Where a job is begun that was broken off, as [`Ask`] has it in exact numbers.
@@ -94,11 +105,16 @@ mod tests {
                 spin_up: 3.0,
                 start: None,
             }),
+            level: Some(Level {
+                heights: "0,0,0\n".to_owned(),
+                tolerance: 0.005,
+            }),
         };
         assert_eq!(Job::unpacked(&job.packed()), Some(job));
         let short = Job::unpacked(b"{\"name\": \"b\"}\nG0").unwrap();
         assert_eq!((&short.name[..], &short.text[..]), ("b", &b"G0"[..]));
-        assert!(short.settings.is_empty() && short.grbl.is_none() && short.resume.is_none());
+        assert!(short.settings.is_empty() && short.grbl.is_none());
+        assert!(short.resume.is_none() && short.level.is_none());
         assert_eq!(Job::unpacked(b"b.nc\nG0"), None);
     }
 

@@ -178,6 +178,17 @@ impl ProfileReport {
         cycles.into_iter().map(line).collect()
     }
 
+    /// The order of the lines in time: each with the seconds for which it moves the machine; at rest
+    /// the line is 0.
+    pub(crate) fn course(&self) -> Vec<(u64, f64)> {
+        let of_line = |part: &[Stretch]| {
+            let cycles = part.iter().map(Stretch::cycles).sum();
+            (part.first().map_or(0, |first| first.line), seconds(cycles))
+        };
+        let parts = self.stretches.chunk_by(|one, next| one.line == next.line);
+        parts.map(of_line).filter(|(_, time)| *time > 0.0).collect()
+    }
+
     fn write_shares(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,

@@ -1,5 +1,6 @@
 //! The time that a job takes: lines are planned and segments made, but no steps on pins.
 
+use crate::grbl_timer::GrblTimer;
 use crate::life::End;
 use crate::machine::Machine;
 use crate::stream::Stream;
@@ -41,11 +42,16 @@ pub fn time(machine: &Machine, rate: Rate, name: &str, text: impl BufRead) -> io
         knows_place: false,
         tell: |_| {},
     };
-    let done = stream.run(name, text, ())?;
+    let done = stream.run(name, text, machine.is_grbl.then(GrblTimer::default))?;
+    let sooner = done.observer.map_or(0.0, |timer| timer.sooner);
+    let share = match sooner > 0.0 {
+        true => 1.0 - sooner / done.outcome.motion_seconds,
+        false => 1.0,
+    };
     Ok(Time {
-        job_seconds: done.outcome.job_seconds,
-        motion_seconds: done.outcome.motion_seconds,
-        step_seconds: done.outcome.step_seconds,
+        job_seconds: done.outcome.job_seconds - sooner,
+        motion_seconds: done.outcome.motion_seconds * share,
+        step_seconds: done.outcome.step_seconds * share,
         end: done.end,
     })
 }

@@ -49,10 +49,8 @@ fn difference(program: &Path) -> [f64; 2] {
 
 #[test]
 fn the_time_of_grbl_is_grbls() {
-    // Grbl's timer cannot step slower than 30.5 Hz: at F10 it is 2.8 times too fast.
-    let is_regular = |program: &PathBuf| !program.ends_with("line_slow.nc");
-    let all: Vec<PathBuf> = programs().into_iter().filter(is_regular).collect();
-    assert!(all.len() >= 25);
+    let all = programs();
+    assert!(all.len() >= 26);
     let mut middles = Vec::new();
     for program in &all {
         let [steps, middle] = difference(program);

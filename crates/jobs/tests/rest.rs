@@ -92,21 +92,53 @@ fn told(settings: &[&str], lines: &[(String, bool)]) -> Vec<Vec<String>> {
     asked.into_iter().map(of).collect()
 }
 
-/// Compares the rest from each of the lines with the uninterrupted run.
-fn compare(job: &str, settings: &[&str], each: usize) {
-    compare_from(None, job, settings, each);
+/// What is in force before a job: nothing, or zeros that it does not set itself. The start is that
+/// of a job that counts from there: machine position 0.
+#[derive(Clone, Copy)]
+struct Before {
+    lines: &'static [&'static str],
+    start: [i64; 3],
+}
+
+const NOTHING: Before = Before {
+    lines: &[],
+    start: [0; 3],
+};
+const SHIFTED: Before = Before {
+    lines: &["G92 X3 Y-2 Z1"],
+    start: [3, -2, 1],
+};
+const ALL: Before = Before {
+    lines: &["G10 L2 P2 X1 Y1 Z-2", "G55", "G43.1 Z2", "G92 X7 Y5 Z4"],
+    start: [7, 5, 4],
+};
+
+/// Compares the rest from each line with the uninterrupted run, whatever is in force before.
+fn compare(job: &str, settings: &[&str]) {
+    for before in [NOTHING, SHIFTED, ALL] {
+        compare_after(before, None, job, settings);
+    }
 }
 
 /// As [`compare`], for a job that counts from where it begins.
-fn compare_from(start: Option<[Coordinate; 3]>, job: &str, settings: &[&str], each: usize) {
+fn compare_from_start(job: &str, settings: &[&str]) {
+    for before in [NOTHING, SHIFTED, ALL] {
+        let start = before
+            .start
+            .map(|mm| Coordinate::from_nanos(mm * 1_000_000_000));
+        compare_after(before, Some(start), job, settings);
+    }
+}
+
+fn compare_after(before: Before, start: Option<[Coordinate; 3]>, job: &str, settings: &[&str]) {
     let lines: Vec<&str> = job.lines().collect();
-    let whole: Vec<_> = lines
-        .iter()
-        .map(|line| ((*line).to_owned(), true))
+    let zeros = || before.lines.iter().map(|line| ((*line).to_owned(), false));
+    let whole: Vec<_> = zeros()
+        .chain(lines.iter().map(|line| ((*line).to_owned(), true)))
         .collect();
     let expected = told(settings, &whole);
     let mut compared = 0;
-    for number in (1..=lines.len()).step_by(each) {
+    for number in 1..=lines.len() {
         let rest = match rest(
             job,
             settings,
@@ -125,13 +157,14 @@ fn compare_from(start: Option<[Coordinate; 3]>, job: &str, settings: &[&str], ea
             true => format!("{axis}-7"),
             false => String::new(),
         });
-        let mut begin = vec![format!("G0 {}", elsewhere.join(" "))];
+        let mut begin = vec![format!("G53 G0 {}", elsewhere.join(" "))];
         begin.extend(
             rest.preamble
                 .iter()
                 .flat_map(|line| line.lines().map(str::to_owned)),
         );
-        let mut begin: Vec<_> = begin.into_iter().map(|line| (line, false)).collect();
+        let begin = begin.into_iter().map(|line| (line, false));
+        let mut begin: Vec<_> = zeros().chain(begin).collect();
         begin.push((lines[number - 1].to_owned(), true));
         let found = told(settings, &begin);
         // In place of an arc's mode there is none until a line names its motion.
@@ -165,27 +198,27 @@ fn example(name: &str) -> String {
 
 #[test]
 fn a_laser_s_job_goes_on_at_each_line() {
-    compare(&example("heart.nc"), &["$32=1"], 5);
+    compare(&example("heart.nc"), &["$32=1"]);
 }
 
 #[test]
 fn a_pocket_goes_on_at_each_line() {
-    compare(&example("pocket.nc"), &[], 3);
+    compare(&example("pocket.nc"), &[]);
 }
 
 #[test]
 fn holes_go_on_at_each_line() {
-    compare(&example("drill_dip14.nc"), &[], 1);
+    compare(&example("drill_dip14.nc"), &[]);
 }
 
 #[test]
 fn an_engraving_goes_on_at_each_line() {
-    compare_from(
-        Some([Coordinate::ZERO; 3]),
-        &example("heart_as_printed.nc"),
-        &[],
-        1,
-    );
+    compare_from_start(&example("heart_as_printed.nc"), &[]);
+}
+
+#[test]
+fn a_square_goes_on_at_each_line() {
+    compare(&example("print_square.nc"), &[]);
 }
 
 #[test]
@@ -193,7 +226,27 @@ fn units_planes_offsets_and_modes_come_back() {
     let job = "G21 G90 G94\nG0 X0 Y0 Z5\nM3 S800\nM8\nG1 Z-1 F120\nG18\nG2 X4 Z-1 I2 K0 F300\nG3 X8 I2\nG17\n\
                G20\nG1 X0.5 F20\nG91\nX0.1\nY0.2\nG90 G21\nG92 X3 Y4\nG1 X5 F200\nG43.1 Z2\nG1 Z3\nG55\nG0 X1 Y2 Z4\nM9\nM4 S300\n\
                G93 G1 X2 F30\nX3 F20\nG94 F100\nX1\nG53 G0 Z5\nX2\nG28\nG0 X1 Y1\nG49\nG92.1\nM5\nG80\n";
-    compare(job, &[], 1);
+    compare_after(NOTHING, None, job, &[]);
+}
+
+#[test]
+fn a_zero_that_the_job_sets_itself_ends_the_one_before() {
+    // A printer counts its filament anew: that is no zero of the work.
+    let file = Profile::parse(Path::new("printer.toml"), "[axes.e]\nlimits = {}\n").unwrap();
+    let machine = Machine::new(file, &[]).unwrap();
+    let first = |job: &str, line| {
+        let rest = rest_of(&machine, "job.nc", job.as_bytes(), &ask(line)).unwrap();
+        rest.unwrap().preamble.join("\n")
+    };
+    let job = "G0 X1 Y1 Z1\nG92 E0\nX2\nG92 X0\nX3\nG43.1 Z1\nX4\nG54\nX5\n";
+    let kept = first(job, 3);
+    assert!(kept.contains("\nG92 E0\n"), "{kept}");
+    for word in ["G92.1", "G49", "G54"] {
+        assert!(!kept.contains(word), "{word}: {kept}");
+    }
+    assert!(first(job, 5).contains("\nG92.1\n") && !first(job, 5).contains("G49"));
+    assert!(first(job, 7).contains("\nG49\n") && !first(job, 7).contains("G54"));
+    assert!(first(job, 9).contains("G54 G0 X6 Y1"), "{}", first(job, 9));
 }
 
 #[test]
@@ -239,7 +292,7 @@ fn a_job_that_counts_from_its_start_goes_on_if_the_start_is_named() {
     };
     let rest = rest("G91\nG0 X1\nG92 Y0\nG1 X2 Y1 F100\n", &[], &ask).unwrap();
     let text = rest.preamble.join("\n");
-    assert!(text.contains("G54 G0 X2 Y2"), "{text}");
+    assert!(text.contains("G0 X2 Y2"), "{text}");
     assert!(text.contains("G92 Y0"), "{text}");
 }
 
@@ -250,13 +303,7 @@ fn the_tool_goes_up_first_and_down_last_and_the_spindle_gets_its_time() {
         ..ask(5)
     };
     let rest = rest("G0 Z5\nM3 S900\nG0 X10 Y10\nG1 Z-2 F100\nX20\n", &[], &ask).unwrap();
-    let order = [
-        "G54 G0 Z5",
-        "M3 S900",
-        "G4 P4",
-        "G54 G0 X10 Y10",
-        "G54 G1 Z-2 F100",
-    ];
+    let order = ["G0 Z5", "M3 S900", "G4 P4", "G0 X10 Y10", "G1 Z-2 F100"];
     let places: Vec<_> = order
         .iter()
         .map(|line| rest.preamble.iter().position(|other| other == line))

@@ -12,9 +12,10 @@ use std::sync::LazyLock;
 type Module = (&'static str, &'static str);
 
 /// The modules of both documents.
-const COMMON: [Module; 7] = [
+const COMMON: [Module; 8] = [
     ("camera", include_str!("../web/camera.js")),
     ("colours", include_str!("../web/colours.js")),
+    ("course", include_str!("../web/course.js")),
     ("dom", include_str!("../web/dom.js")),
     ("legend", include_str!("../web/legend.js")),
     ("scene", include_str!("../web/scene.js")),
@@ -24,26 +25,37 @@ const COMMON: [Module; 7] = [
 
 /// Modules that only the page of a machine has. The module that reaches the machine is added to
 /// them.
-const MACHINE: [Module; 19] = [
+const MACHINE: [Module; 30] = [
+    ("ask", include_str!("../web/ask.js")),
     ("backup", include_str!("../web/backup.js")),
     ("begin", include_str!("../web/begin.js")),
     ("board", include_str!("../web/board.js")),
     ("chart", include_str!("../web/chart.js")),
     ("connect", include_str!("../web/connect.js")),
+    ("files", include_str!("../web/files.js")),
     ("frames", include_str!("../web/frames.js")),
     ("framing", include_str!("../web/framing.js")),
     ("grbl", include_str!("../web/grbl.js")),
+    ("head", include_str!("../web/head.js")),
+    ("heights", include_str!("../web/heights.js")),
     ("job", include_str!("../web/job.js")),
     ("jog", include_str!("../web/jog.js")),
+    ("keys", include_str!("../web/keys.js")),
     ("life", include_str!("../web/life.js")),
     ("machines", include_str!("../web/machines.js")),
     ("macros", include_str!("../web/macros.js")),
     ("main", include_str!("../web/main.js")),
+    ("overheard", include_str!("../web/overheard.js")),
     ("panels", include_str!("../web/panels.js")),
+    ("perform", include_str!("../web/perform.js")),
+    ("picture", include_str!("../web/picture.js")),
     ("program", include_str!("../web/program.js")),
+    ("scrub", include_str!("../web/scrub.js")),
     ("sender", include_str!("../web/sender.js")),
     ("serial", include_str!("../web/serial.js")),
     ("state", include_str!("../web/state.js")),
+    ("theme", include_str!("../web/theme.js")),
+    ("touch", include_str!("../web/touch.js")),
 ];
 
 /// The module that reaches a machine through a server.
@@ -56,10 +68,7 @@ const WORKERS: Module = ("link", include_str!("../web/local.js"));
 const WORKER: &str = include_str!("../web/worker.js");
 
 /// Modules that only the page of a finished job has.
-const PLAYER: [Module; 2] = [
-    ("course", include_str!("../web/course.js")),
-    ("main", include_str!("../web/player.js")),
-];
+const PLAYER: [Module; 1] = [("main", include_str!("../web/player.js"))];
 
 const PAGE: &str = include_str!("../web/page.html");
 const PLAYER_PAGE: &str = include_str!("../web/player.html");
@@ -142,7 +151,7 @@ impl Standalone<'_> {
         let data = [
             // A script element ends at the first `</script`, even within a string.
             ("machine", BASE64.encode(self.machine.as_bytes())),
-            ("worker", BASE64.encode(WORKER.as_bytes())),
+            ("worker", BASE64.encode(bare(WORKER).as_bytes())),
             ("simulator", BASE64.encode(self.simulator)),
         ];
         let data: String = data.iter().map(|(id, text)| element(id, text)).collect();
@@ -166,7 +175,7 @@ fn compose(page: &str, own: &[Module]) -> String {
         let _ = write!(
             map,
             "{comma}\n\"{name}\": \"data:text/javascript,{}\"",
-            quoted(text)
+            quoted(&bare(text))
         );
     }
     let modules = format!(
@@ -175,6 +184,19 @@ fn compose(page: &str, own: &[Module]) -> String {
     );
     page.replace("<!--style-->", &format!("<style>\n{STYLE}</style>"))
         .replace("<!--modules-->", &modules)
+}
+
+/// A module without its comments and indentation, which a browser has no use for. Comments are whole
+/// lines, or between `/**` and `*/`; no string holds these marks.
+fn bare(text: &str) -> String {
+    let mut parts = text.split("/**");
+    let mut code = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        code.push_str(part.split_once("*/").map_or(part, |(_, code)| code));
+    }
+    let lines = code.lines().map(str::trim);
+    let lines = lines.filter(|line| !line.is_empty() && !line.starts_with("//"));
+    lines.collect::<Vec<_>>().join("\n")
 }
 
 /// A text as part of a `data:` address, which stands in a JSON string in a script element (RFC
@@ -206,6 +228,15 @@ mod tests {
         assert!(!document.contains("<!--style-->") && !document.contains("<!--modules-->"));
         assert_eq!(document.matches("nonce=\"secret\"").count(), 2);
         assert_eq!(document.matches("</script>").count(), 2);
+    }
+
+    #[test]
+    fn comments_stay_behind_and_code_goes_along() {
+        let text = "// @ts-check\n/**\n * @param {X} x\n */\nlet a = /** @type {Y} */ (by(\"a // b\"));\n\n  a.b();\n";
+        assert_eq!(bare(text), "let a =  (by(\"a // b\"));\na.b();");
+        for document in [document(""), playback(), standalone()] {
+            assert!(!document.contains("@type") && !document.contains("@param"));
+        }
     }
 
     fn playback() -> String {

@@ -1,7 +1,7 @@
 // @ts-check
 // The settings as a file: lines as `$$` prints them.
 
-import {by, make} from "dom";
+import {by, download} from "dom";
 
 /** @typedef {import("state").Settings} Settings */
 
@@ -30,8 +30,7 @@ export function changes(text, settings) {
 export function listenForBackups(settings, restore) {
   by("settings-save").addEventListener("click", () => {
     const text = [...settings.byNumber.values()].map(({number, value}) => `$${number}=${value}\n`).join("");
-    const link = make("a", {href: URL.createObjectURL(new Blob([text], {type: "text/plain"})), download: "settings.txt"});
-    link.click();
+    download("settings.txt", text);
   });
   const file = /** @type {HTMLInputElement} */ (by("settings-file"));
   file.addEventListener("change", async () => {

@@ -200,7 +200,7 @@ export class Board {
     if (isBanner(line)) this.#start(line);
     else if (this.#phase === "waking") return;
     if (line.startsWith("ALARM:")) this.#alarm(line);
-    else if (line.startsWith("[MSG:")) this.known.message = line.slice(5, -1);
+    else if (line.startsWith("[MSG:")) this.known.say(line.slice(5, -1));
     else if (this.#question) {
       if (isAnswer(line)) this.#answered();
       else this.#question.lines.push(line);

@@ -39,6 +39,11 @@ export function say(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
+/** Saves a text as a file. @param {string} name @param {string} text */
+export function download(name, text) {
+  make("a", {href: URL.createObjectURL(new Blob([text], {type: "text/plain"})), download: name}).click();
+}
+
 /** @param {number} seconds */
 export function duration(seconds) {
   const whole = Math.round(seconds);

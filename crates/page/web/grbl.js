@@ -34,11 +34,18 @@ const numbers = (list) => (list ?? "").split(",").filter(Boolean).map(Number);
 /** The bits of the letters that stand in a text. @param {string} text @param {string[]} letters */
 const bits = (text, letters) => letters.reduce((all, letter, bit) => all | (text.includes(letter) ? 1 << bit : 0), 0);
 
+/** The place of contact that a probe reports, machine coordinates, mm; `null` for other lines. @param {string} line @param {number} mm in a unit of the reports */
+export function contactOf(line, mm) {
+  const places = line.match(/^\[PRB:([^:]*):1\]$/);
+  return places && numbers(places[1]).map((place) => place * mm);
+}
+
 /** What is known of the board: its reports tell only what has changed. */
 export class Known {
   name = "";
   alarm = "";
   message = "";
+  #isFresh = false;
   /** Why the place is not known; empty if it is. */
   doubt = "";
   /** @type {number[]} */
@@ -82,6 +89,12 @@ export class Known {
     return /^(Idle|Alarm|Check|Sleep|Tool|Hold:0|Door:[01])$/.test(this.name);
   }
 
+  /** Takes a message, which comes with a state. @param {string} words */
+  say(words) {
+    this.message = words;
+    this.#isFresh = true;
+  }
+
   /** @param {Report} report */
   take({name, fields, by}) {
     const [state, code] = name.split(":");
@@ -89,7 +102,9 @@ export class Known {
     this.name = state === "Alarm" ? state : name;
     if (state === "Alarm" && code) this.alarm = `ALARM:${code}`;
     if (state !== "Alarm") this.alarm = "";
-    if (state !== before && before) this.message = "";
+    // What came since the report before belongs to the new state.
+    if (state !== before && before && !this.#isFresh) this.message = "";
+    this.#isFresh = false;
     const places = (/** @type {string | undefined} */ list) => numbers(list).map((value) => value * this.unit);
     if (by.has("WCO")) this.offset = places(by.get("WCO"));
     if (by.has("MPos")) this.position = places(by.get("MPos"));

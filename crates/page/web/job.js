@@ -36,6 +36,7 @@ import {Path} from "scene";
  * @property {number} job_seconds
  * @property {{limit: string, because: string, held_by: string, seconds: number, share: number}[]} limits
  * @property {{line: number, seconds: number}[]} line_times
+ * @property {[number, number][]} course lines and seconds in the order of time; line 0 at rest
  */
 
 /** @typedef {import("life").Life} Life */
@@ -48,8 +49,12 @@ export class Job {
   /** @type {string[]} */
   lines = [];
   text = "";
+  /** Its text before it was bent; `null` if it is as it came. @type {string | null} */
+  flat = null;
   /** What the tool does: `cut` or `extruded`. */
   work = "cut";
+  /** The unit that lengths are told in. @type {import("state").Unit} */
+  unit = {mm: 1, name: "mm", digits: 3};
   /** How the file was taken, if it is not G-code. @type {string[]} */
   notes = [];
   path = new Path(Infinity);
@@ -76,6 +81,7 @@ export class Job {
   load(name, text, notes = []) {
     this.name = name;
     this.text = text;
+    this.flat = null;
     this.notes = notes;
     this.lines = text.replace(/\r\n?/g, "\n").replace(/\n$/, "").split("\n");
     this.path.clear(0);
@@ -135,9 +141,10 @@ export class Job {
    */
   note(check, show) {
     this.checked = check;
-    const size = Object.entries(check.extents ?? {}).map(([axis, {min, max}]) => `${axis.toUpperCase()} ${round(min)} … ${round(max)}`);
+    const length = (/** @type {number} */ value) => round(value / this.unit.mm);
+    const size = Object.entries(check.extents ?? {}).map(([axis, {min, max}]) => `${axis.toUpperCase()} ${length(min)} … ${length(max)}`);
     const plural = (/** @type {number} */ count, /** @type {string} */ word) => `${count} ${word}${count === 1 ? "" : "s"}`;
-    const facts = [plural(check.lines, "line"), `${round(check.cut_mm)} mm ${this.work}`, `${round(check.travel_mm)} mm travel`, ...size];
+    const facts = [plural(check.lines, "line"), `${length(check.cut_mm)} ${this.unit.name} ${this.work}`, `${length(check.travel_mm)} ${this.unit.name} travel`, ...size];
     if (check.tools.length) facts.push(`tools ${check.tools.join(", ")}`);
     if (check.pauses.length) facts.push(plural(check.pauses.length, "pause"));
     say(by("job-facts"), facts.join(" · "));
@@ -153,6 +160,11 @@ export class Job {
     }
     by("findings").replaceChildren(...notes, ...list);
     return marks;
+  }
+
+  /** What is bent by a map: its text as it came, of a program its plain lines. */
+  get level() {
+    return this.flat ?? this.plain?.lines?.join("\n") ?? this.text;
   }
 
   /** Whether it may be sent: it has no error, and of a program the plain lines are known. */

@@ -11,6 +11,8 @@ const PAD = [
   ["X-", "stop", "X+", "", ""],
   ["", "Y-", "", "Z-", "A-"],
 ];
+/** Steps, by the unit; the first one is chosen. @type {Record<string, string[]>} */
+const STEPS = {mm: ["10", "0.01", "0.1", "1", "50"], in: ["0.1", "0.001", "0.01", "1", "2"]};
 const NAMES = {"X-": "←", "X+": "→", "Y+": "↑", "Y-": "↓"};
 /** @type {Record<string, string>} */
 const KEYS = {ArrowLeft: "X-", ArrowRight: "X+", ArrowUp: "Y+", ArrowDown: "Y-", PageUp: "Z+", PageDown: "Z-"};
@@ -28,6 +30,8 @@ export class Jog {
   #feed = /** @type {HTMLInputElement} */ (by("jog-feed"));
   #keys = /** @type {HTMLInputElement} */ (by("jog-keys"));
   #held = "";
+  /** @type {import("state").Unit | null} */
+  #unit = null;
 
   /** @param {Hands} hands */
   constructor(hands) {
@@ -36,6 +40,19 @@ export class Jog {
     document.addEventListener("keydown", (event) => this.#key(event, true));
     document.addEventListener("keyup", (event) => this.#key(event, false));
     window.addEventListener("blur", () => this.release());
+  }
+
+  /** Takes another unit for steps and feed. @param {import("state").Unit} unit */
+  measure(unit) {
+    if (this.#unit === unit) return;
+    const feed = (Number(this.#feed.value) || 1000) * (this.#unit?.mm ?? 1);
+    this.#feed.value = String(Math.round(feed / unit.mm));
+    this.#unit = unit;
+    const [chosen, ...others] = STEPS[unit.name];
+    const options = [["hold", "while held"], ...[chosen, ...others].sort((a, b) => Number(a) - Number(b)).map((step) => [step, `${step} ${unit.name}`]), ["own", "own …"]];
+    this.#step.replaceChildren(...options.map(([value, text]) => make("option", {value, text, selected: value === chosen})));
+    by("jog-own").hidden = true;
+    for (const [id, name] of [["jog-unit", unit.name], ["jog-feed-unit", `${unit.name}/min`]]) by(id).textContent = name;
   }
 
   /** @param {string[]} axes */
@@ -65,10 +82,12 @@ export class Jog {
   press(way) {
     const axis = "XYZA".indexOf(way[0]);
     const sign = way[1] === "+" ? 1 : -1;
-    const feed = Math.max(Number(this.#feed.value) || 100, 1);
+    const mm = this.#unit?.mm ?? 1;
+    const feed = Math.max(Math.round((Number(this.#feed.value) || 100) * mm), 1);
     if (this.#step.value !== "hold") {
       const step = Number(this.#step.value === "own" ? this.#own.value : this.#step.value);
-      if (step > 0) this.hands.say(`$J=G91G21${way[0]}${sign * step}F${feed}`);
+      const length = axis < 3 ? step * mm : step;
+      if (step > 0) this.hands.say(`$J=G91G21${way[0]}${Number((sign * length).toFixed(5))}F${feed}`);
       return;
     }
     this.#held = way;

@@ -1,7 +1,7 @@
 // @ts-check
 // The legend of a path: the same for a job on the machine and for one that is played.
 
-import {DEPTH, INK, css, ramp} from "colours";
+import {DEPTH, INK, PLATE, css, ramp} from "colours";
 import {make} from "dom";
 
 /** @typedef {import("scene").Path} Path */
@@ -30,6 +30,13 @@ export function marksOf(path, isLaser, work) {
   const cut = isLaser ? mark(ramp([ink.powerOff, ink.powerFull]), "laser: off to full power", "ramp") : mark(ramp(DEPTH), `${work}: ${heights(path)}`, "ramp");
   const tools = isLaser ? [] : [...path.tools].sort((a, b) => b - a);
   return [cut, ...tools.map((mm) => make("span", {text: `tool ${mm} mm`})), mark(css(ink.travel), "travel")];
+}
+
+/** The mark of a height map, from work zero. @param {import("heights").HeightMap | null} map @param {number} zero */
+export function markOfMap(map, zero) {
+  if (!map) return [];
+  const [low, high] = [Math.min(...map.heights), Math.max(...map.heights)].map((z) => (z - zero).toFixed(2));
+  return [mark(ramp(PLATE), `plate: Z ${low} to Z ${high}`, "ramp")];
 }
 
 /** The heights of the cuts. @param {Path} path */

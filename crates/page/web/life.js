@@ -42,10 +42,16 @@ function door(phase) {
   return {kind: "waiting", why};
 }
 
+/** The tool that a message asks for. @param {string} message */
+export function toolOf(message) {
+  const tool = message.match(/^Tool (\d+)(?:: (.*))?, then ~$/);
+  return tool && {number: tool[1], words: tool[2] ?? ""};
+}
+
 /** What a program asks of a person. @param {State} state @param {string} line @returns {Pause | null} */
 function asked(state, line) {
-  const tool = state.message.match(/^Tool (\d+)(?:: (.*))?, then ~$/);
-  if (tool) return {kind: "waiting", why: `insert tool ${tool[1]}${tool[2] ? `, ${tool[2]}` : ""}, then Resume`};
+  const tool = toolOf(state.message);
+  if (tool) return {kind: "waiting", why: `insert tool ${tool.number}${tool.words && `, ${tool.words}`}, then Resume`};
   const comment = line.match(/\((.*?)\)|;(.*)/);
   const words = (comment?.[1] ?? comment?.[2] ?? "").trim();
   if (!/M0*[01](?!\d)/i.test(line.replace(/\(.*?\)|;.*/g, ""))) return null;

@@ -65,7 +65,7 @@ export class Machines {
 
   /**
    * Has a job looked at, for the machine that is driven: with its settings, at its zero.
-   * @param {{name: string, resume?: Resume}} order
+   * @param {{name: string, resume?: Resume, level?: {heights: string, tolerance: number}}} order
    * @param {string} text
    */
   look(order, text) {

@@ -37,14 +37,17 @@ export class Position {
    * @param {State} state
    * @param {boolean} laser
    * @param {number} fullPower
+   * @param {import("state").Unit} unit
    */
-  show(state, laser, fullPower) {
+  show(state, laser, fullPower, unit) {
     this.#rows.forEach((row, axis) => {
-      say(row.machine, fixed(state.position[axis]));
-      say(row.work, fixed(state.position[axis] - state.offset[axis]));
+      const length = axis < 3 ? unit : {mm: 1, digits: 3};
+      say(row.machine, fixed(state.position[axis], length));
+      say(row.work, fixed(state.position[axis] - state.offset[axis], length));
     });
     showHeaters(state);
-    say(by("feed"), state.feed.toFixed(0));
+    say(by("feed"), (state.feed / unit.mm).toFixed(unit.mm === 1 ? 0 : 1));
+    say(by("feed-unit"), `${unit.name}/min`);
     say(by("queued"), Number.isNaN(state.queued) ? "–" : state.queued.toFixed(1));
     say(by("power-name"), laser ? "Laser" : "Spindle");
     const on = state.spindle > 0;
@@ -65,10 +68,9 @@ function showHeaters({heaters}) {
   });
 }
 
-/** @param {number} value */
-function fixed(value) {
-  const text = value.toFixed(3);
-  return text === "-0.000" ? "0.000" : text;
+/** @param {number} value mm @param {{mm: number, digits: number}} unit */
+function fixed(value, {mm, digits}) {
+  return (value / mm).toFixed(digits).replace(/^-(0\.0*)$/, "$1");
 }
 
 /** @param {(byte: number) => void} press */

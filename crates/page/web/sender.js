@@ -84,9 +84,22 @@ export class Sender {
     this.#next = 0;
   }
 
+  /** Whether the machine takes a person's lines ahead of those that have no answer: a tool change. */
+  isAside = false;
+  /** Such lines: one at a time, the first is on the way if `#asideIsOut`. @type {Line[]} */
+  #aside = [];
+  #asideIsOut = false;
+
+  /** The oldest line that has no answer, of the job or not. @returns {Line | null} */
+  get first() {
+    return this.#sent[0] ?? null;
+  }
+
   /** Forgets everything: the machine has forgotten it too. */
   reset() {
     this.stop();
+    this.#aside = [];
+    this.isAside = this.#asideIsOut = false;
     this.#own = [];
     this.#sent = [];
     this.#onTheWay = 0;
@@ -94,8 +107,19 @@ export class Sender {
 
   /** @param {string} text */
   say(text) {
-    this.#own.push({text, job: 0});
+    const line = {text, job: 0};
+    if (this.isAside || this.#asideIsOut) {
+      this.#aside.push(line);
+      return this.#feedAside();
+    }
+    this.#own.push(line);
     this.#feed();
+  }
+
+  #feedAside() {
+    if (this.#asideIsOut || !this.#aside.length) return;
+    this.#asideIsOut = true;
+    this.ears.send(this.#aside[0].text + "\n");
   }
 
   /**
@@ -104,6 +128,12 @@ export class Sender {
    * @param {number} number of the line, as the machine counts
    */
   answer(answer, number) {
+    if (this.#asideIsOut) {
+      this.#asideIsOut = false;
+      const own = this.#aside.shift();
+      if (own) this.ears.answered(own, answer, number);
+      return this.#feedAside();
+    }
     const line = this.#sent.shift();
     if (!line) return;
     this.#onTheWay -= sizeOf(line.text);

@@ -106,6 +106,13 @@ export function heatersOf(fields) {
   });
 }
 
+/** A unit of length: in mm, its name, and the digits behind the point that tell a step. @typedef {{mm: number, name: string, digits: number}} Unit */
+
+/** @type {Unit} */
+const MM = {mm: 1, name: "mm", digits: 3};
+/** @type {Unit} */
+const INCH = {mm: 25.4, name: "in", digits: 4};
+
 /** The settings by number. */
 export class Settings {
   /** @type {Map<number, Setting>} */
@@ -130,6 +137,11 @@ export class Settings {
 
   get hasSoftLimits() {
     return this.value(20) !== 0;
+  }
+
+  /** The unit that the machine reports in. @returns {Unit} */
+  get unit() {
+    return this.value(13) ? INCH : MM;
   }
 
   /**

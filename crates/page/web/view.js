@@ -3,6 +3,7 @@
 // drawn anew only where it has changed.
 
 import {Camera, cornersOf} from "camera";
+import {PLATE, between, css} from "colours";
 import {inkNow} from "legend";
 import {JUMP, MOVE, Path, shifted, widened} from "scene";
 import {Strokes} from "strokes";
@@ -24,6 +25,9 @@ import {Strokes} from "strokes";
  * @property {number} power share of full power now
  * @property {boolean} running whether what the machine has done is told from what is ahead
  * @property {boolean} travels whether rapids are drawn
+ * @property {number[]} [origin] where the trace has its zero, machine coordinates; machine zero if it is not told
+ * @property {import("state").Unit} [unit] of the grid; mm if it is not told
+ * @property {import("heights").HeightMap | null} [map] heights of the plate
  */
 
 /** Moves up to which all are drawn anew at each picture where a wide tool would cover the lines before. */
@@ -159,6 +163,7 @@ export class View {
         }
       }
     }
+    if (shown.map) this.#drawMap(pen, shown.map);
     const corners = cornersOf(travelBox(shown));
     pen.strokeStyle = colour("--box");
     pen.lineWidth = 1.2;
@@ -167,15 +172,42 @@ export class View {
     pen.setLineDash([]);
   }
 
+  /** @param {CanvasRenderingContext2D} pen @param {import("heights").HeightMap} map */
+  #drawMap(pen, {columns, rows, heights}) {
+    const [low, high] = range([Math.min(...heights), Math.max(...heights)]);
+    const parts = columns.length * rows.length > 200 ? 1 : 4;
+    const at = (/** @type {number[]} */ side, /** @type {number} */ cell, /** @type {number} */ part) => side[cell] + ((side[cell + 1] - side[cell]) * part) / parts;
+    pen.globalAlpha = 0.55;
+    for (let row = 0; row + 1 < rows.length; row++) {
+      for (let column = 0; column + 1 < columns.length; column++) {
+        const height = (/** @type {number} */ u, /** @type {number} */ v) => {
+          const [a, b] = [0, 1].map((up) => heights[(row + up) * columns.length + column] * (1 - u / parts) + (heights[(row + up) * columns.length + column + 1] * u) / parts);
+          return a + ((b - a) * v) / parts;
+        };
+        for (let u = 0; u < parts; u++) {
+          for (let v = 0; v < parts; v++) {
+            const corners = [[u, v], [u + 1, v], [u + 1, v + 1], [u, v + 1]].map(([i, j]) => [at(columns, column, i), at(rows, row, j), height(i, j)]);
+            pen.fillStyle = pen.strokeStyle = css(between(PLATE, (height(u + 0.5, v + 0.5) - low) / (high - low)));
+            pen.lineWidth = 0.5;
+            this.#line(pen, corners);
+            pen.fill();
+          }
+        }
+      }
+    }
+    pen.globalAlpha = 1;
+  }
+
   /** @param {Shown} shown */
   #drawPaths(shown) {
     const ink = inkNow();
     const depth = depthOf(shown);
     const common = {laser: shown.laser, travels: shown.travels, ink};
     const hasJob = shown.job.count > 1;
+    const origin = shown.origin ?? [0, 0, 0];
     /** @type {[number, number]} */
-    const inMachine = hasJob ? [depth[0] + shown.zero[2], depth[1] + shown.zero[2]] : range(shown.trace.depth ?? [0, 0]);
-    const style = {...common, offset: [0, 0, 0], depth: inMachine};
+    const inMachine = hasJob ? [depth[0] + shown.zero[2] - origin[2], depth[1] + shown.zero[2] - origin[2]] : range(shown.trace.depth ?? [0, 0]);
+    const style = {...common, offset: origin, depth: inMachine};
     const {camera} = this;
     const scene = JSON.stringify([camera, common, inMachine]);
     const isBegun = hasJob && shown.running;
@@ -186,7 +218,7 @@ export class View {
       if (hasJob) this.strokes.ahead.draw(shown.job, {...common, offset: shown.zero, alpha: isBegun ? 0.28 : 1, depth});
       else this.strokes.ahead.draw(shown.trace, {...style, alpha: 0.28}, undefined, shown.done - 1);
     }
-    const behind = `${scene} ${shown.trace.edition} ${shown.trace.first}`;
+    const behind = `${scene} ${origin} ${shown.trace === shown.job} ${shown.trace.edition} ${shown.trace.first}`;
     const isSwept = !shown.laser && shown.trace.tools.size > 0 && shown.done < MOST_SWEPT;
     const anew = behind !== this.#behindDrawn || shown.done < this.#doneDrawn || isSwept;
     const from = anew ? shown.trace.first : Math.max(this.#doneDrawn - 1, shown.trace.first);
@@ -206,7 +238,7 @@ export class View {
     const bytes = new Uint8Array(2 * MOVE);
     const view = new DataView(bytes.buffer);
     [from.x, from.y, from.z].forEach((value, axis) => view.setFloat32(4 * axis, value, true));
-    shown.position.slice(0, 3).forEach((value, axis) => view.setFloat32(MOVE + 4 * axis, value, true));
+    shown.position.slice(0, 3).forEach((value, axis) => view.setFloat32(MOVE + 4 * axis, value - style.offset[axis], true));
     view.setUint8(MOVE + 16, to.kind);
     view.setUint8(MOVE + 17, Math.round(to.power * 255));
     this.#now.append(0, bytes);
@@ -252,22 +284,23 @@ export class View {
    */
   #drawNumbers(pen, shown, colour) {
     const grid = gridOf(this.camera, shown);
+    const unit = unitOf(shown);
     pen.fillStyle = colour("--soft");
     if (!this.camera.isFromAbove || Math.abs(this.camera.yaw) > 1e-6) {
-      pen.fillText(`grid ${grid.step} mm`, 8, this.camera.height - 8);
+      pen.fillText(`grid ${short(grid.step / unit.mm)} ${unit.name}`, 8, this.camera.height - 8);
       return;
     }
     pen.textAlign = "center";
     for (let at = Math.ceil(grid.low[0] / grid.step) * grid.step; at <= grid.high[0]; at += grid.step) {
       const [x] = this.camera.project([at + shown.offset[0], 0, 0]);
-      if (x > 40 && x < this.camera.width - 20) pen.fillText(short(at), x, this.camera.height - 6);
+      if (x > 40 && x < this.camera.width - 20) pen.fillText(short(at / unit.mm), x, this.camera.height - 6);
     }
     pen.textAlign = "left";
     for (let at = Math.ceil(grid.low[1] / grid.step) * grid.step; at <= grid.high[1]; at += grid.step) {
       const [, y] = this.camera.project([0, at + shown.offset[1], 0]);
-      if (y > 12 && y < this.camera.height - 20) pen.fillText(short(at), 4, y + 4);
+      if (y > 12 && y < this.camera.height - 20) pen.fillText(short(at / unit.mm), 4, y + 4);
     }
-    pen.fillText("mm", 4, this.camera.height - 6);
+    pen.fillText(unit.name, 4, this.camera.height - 6);
   }
 
   /**
@@ -403,6 +436,11 @@ function density() {
 /** The edges of a box, by its corners. */
 const EDGES = [[0, 1], [2, 3], [4, 5], [6, 7], [0, 2], [1, 3], [4, 6], [5, 7], [0, 4], [1, 5], [2, 6], [3, 7]];
 
+/** @param {Shown} shown */
+function unitOf(shown) {
+  return shown.unit ?? {mm: 1, name: "mm"};
+}
+
 /** @param {Shown} shown @returns {Box} */
 function travelBox(shown) {
   const {low, high} = shown.travel;
@@ -434,9 +472,10 @@ function range([low, high]) {
  * @param {Shown} shown
  */
 function gridOf(camera, shown) {
-  const wanted = 60 / camera.scale;
+  const {mm} = unitOf(shown);
+  const wanted = 60 / camera.scale / mm;
   const power = 10 ** Math.floor(Math.log10(wanted));
-  const step = [1, 2, 5, 10].map((factor) => factor * power).find((one) => one >= wanted) ?? 10 * power;
+  const step = mm * ([1, 2, 5, 10].map((factor) => factor * power).find((one) => one >= wanted) ?? 10 * power);
   const reach = (camera.width + camera.height) / camera.scale;
   const centre = [0, 1].map((axis) => camera.target[axis] - shown.offset[axis]);
   const half = camera.isFromAbove ? reach : Math.min(reach, 20 * step);

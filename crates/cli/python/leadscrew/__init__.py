@@ -13,6 +13,7 @@ describes each field.
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import re
@@ -20,7 +21,7 @@ import subprocess
 import sys
 import sysconfig
 from decimal import Decimal
-from typing import Any, Mapping, NamedTuple, Optional, Sequence, Tuple, Union, cast
+from typing import Any, BinaryIO, Callable, Mapping, NamedTuple, Optional, Sequence, Tuple, Union, cast
 
 from ._types import Check, Profile, Run
 
@@ -29,6 +30,7 @@ __all__ = [
     "LeadscrewError",
     "Made",
     "Profile",
+    "Progress",
     "Run",
     "align",
     "calibrate",
@@ -46,6 +48,7 @@ Job = Union[str, bytes, "os.PathLike[str]"]
 File = Union[str, "os.PathLike[str]"]
 Settings = Union[str, "os.PathLike[str]", Mapping[int, float]]
 Point = Tuple[float, float]
+Progress = Callable[[int, int], None]
 
 DONE, JOB_FAILED = 0, 1
 
@@ -80,18 +83,19 @@ def check(
     origin: Optional[Sequence[float]] = None,
     time: bool = False,
     like: Optional[str] = None,
+    progress: Optional[Progress] = None,
 ) -> Check:
     """Finds every error in a job, and what is probably not meant; nothing moves.
 
     `machine` is a file that describes the machine, `settings` a file of lines as `$$` prints them or values by number, `origin`
     where work zero is in machine coordinates: then what leaves the travel from there is found too. With `time` the job is timed as
-    `run` times it, without its steps; `like="grbl"` adds how long Grbl takes.
+    `run` times it, without its steps; `like="grbl"` adds how long Grbl takes. `progress`: see `run`.
     """
     options = _machine(machine, settings)
     if origin is not None:
         options += ["--origin", ",".join(repr(float(place)) for place in origin)]
     options += ["--time"] if time or like is not None else []
-    return cast(Check, _ask("check", job, options + _like(like)))
+    return cast(Check, _ask("check", job, options + _like(like), progress))
 
 
 def run(
@@ -102,11 +106,16 @@ def run(
     baud: Optional[int] = None,
     keep_going: bool = False,
     like: Optional[str] = None,
+    progress: Optional[Progress] = None,
 ) -> Run:
     """Runs a job to the step; an error ends it, unless it is to `keep_going`. `baud` models a serial line of so many bits a second;
-    `like="grbl"` adds how long Grbl takes."""
+    `like="grbl"` adds how long Grbl takes.
+
+    `progress` is called with the bytes that the simulator has been given, and how many there are: it reads ahead by 128 KB at most.
+    An exception in it ends the run.
+    """
     options = _machine(machine, settings) + _line(baud, keep_going)
-    return cast(Run, _ask("run", job, options + _like(like)))
+    return cast(Run, _ask("run", job, options + _like(like), progress))
 
 
 def profile(
@@ -220,8 +229,20 @@ def _text(value: object) -> str:
     return ",".join(_text(part) for part in cast("Sequence[object]", value))
 
 
-def _ask(command: str, job: Job, options: list[str]) -> Any:
-    return json.loads(_call(command, job, ["--json", "--quiet", *options]))
+def _ask(command: str, job: Job, options: list[str], progress: Optional[Progress] = None) -> Any:
+    options = ["--json", "--quiet", *options]
+    if progress is None:
+        return json.loads(_call(command, job, options))
+    name, text = _input(job)
+    words = [command, *options, "--", "-"]
+    if text is not None:
+        return json.loads(_feed(words, io.BytesIO(text), len(text), progress))
+    try:
+        with open(name, "rb") as file:
+            answer = json.loads(_feed(words, file, os.path.getsize(name), progress))
+    except OSError as error:
+        raise LeadscrewError(str(error)) from error
+    return {**answer, "file": name}
 
 
 def _make(words: list[str], *files: Job) -> Made:
@@ -265,6 +286,32 @@ def _is_name(text: str) -> bool:
 def _start(words: list[str], text: Optional[bytes], fine: Sequence[int] = (DONE, JOB_FAILED)) -> "subprocess.CompletedProcess[bytes]":
     silent = subprocess.DEVNULL if text is None else None
     done = subprocess.run([program(), *words], input=text, stdin=silent, capture_output=True, check=False)
+    return _fine(done, fine)
+
+
+def _fine(done: "subprocess.CompletedProcess[bytes]", fine: Sequence[int]) -> "subprocess.CompletedProcess[bytes]":
     if done.returncode not in fine:
         raise LeadscrewError(done.stderr.decode(errors="replace").strip() or f"exit status {done.returncode}")
     return done
+
+
+def _feed(words: list[str], text: BinaryIO, size: int, progress: Progress) -> bytes:
+    """Gives a text to the program piece by piece, as fast as it is read. Returns what the program prints at its end."""
+    command, pipe = [program(), *words], subprocess.PIPE
+    with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe) as running:
+        assert running.stdin is not None
+        given = 0
+        try:
+            while piece := text.read(1 << 16):
+                running.stdin.write(piece)
+                running.stdin.flush()
+                given += len(piece)
+                progress(given, size)
+        except BrokenPipeError:
+            pass  # The job has ended before its text.
+        except BaseException:
+            running.kill()
+            raise
+        answer, complaint = running.communicate()
+        done = subprocess.CompletedProcess(command, running.returncode, answer, complaint)
+    return _fine(done, (DONE, JOB_FAILED)).stdout

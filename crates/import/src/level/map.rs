@@ -107,6 +107,35 @@ impl Map {
         })
     }
 
+    /// How far the surface may be from the map between its places, mm; `None` if the grid is too small
+    /// to show how the surface curves. Its curvature is that of each three places in a row, and a
+    /// quarter more: it may curve most between them.
+    ///
+    /// ```
+    /// use leadscrew_import::level::Map;
+    ///
+    /// let rows = [0, 10, 20].map(|y| format!("0,{y},0\n10,{y},0.4\n20,{y},0\n"));
+    /// let map = Map::read(&rows.concat(), [0.0; 3]).unwrap();
+    /// assert!((map.error().unwrap() - 0.125).abs() < 1e-9);
+    /// ```
+    pub fn error(&self) -> Option<f64> {
+        let columns = self.lines[0].len();
+        let row = |row: usize| self.heights.iter().skip(row * columns).take(columns);
+        let column = |column: usize| self.heights.iter().skip(column).step_by(columns);
+        let along_x = (0..self.lines[1].len()).map(|at| bulge(&self.lines[0], row(at)));
+        let along_y = (0..columns).map(|at| bulge(&self.lines[1], column(at)));
+        let most = |all: Option<Vec<f64>>| Some(all?.into_iter().fold(0.0, f64::max));
+        Some(1.25 * (most(along_x.collect())? + most(along_y.collect())?))
+    }
+
+    /// [`Map::error`] in words.
+    pub fn accuracy(&self) -> String {
+        match self.error() {
+            Some(error) => format!("between its places the surface is within {error:.3} mm of it"),
+            None => "three columns and rows would show how the surface curves between them".into(),
+        }
+    }
+
     /// The parts of the way from one place to another at which it must be cut, ascending from above
     /// 0 to 1, so that the surface is straight along each piece to `tolerance` mm.
     pub(super) fn cuts(&self, from: [f64; 2], to: [f64; 2], tolerance: f64) -> Vec<f64> {
@@ -134,6 +163,21 @@ impl Map {
         }
         cuts
     }
+}
+
+/// How far a parabola through each three heights in a line is from its chords at most; `None` for
+/// fewer than three.
+fn bulge<'a>(places: &[f64], heights: impl Iterator<Item = &'a f64>) -> Option<f64> {
+    let all: Vec<_> = places.iter().zip(heights).collect();
+    let bulges = all.windows(3).filter_map(|three| {
+        let [(a, low), (b, middle), (c, high)] = three else {
+            return None;
+        };
+        let (before, behind) = (*b - *a, *c - *b);
+        let bend = ((*high - *middle) / behind - (*middle - *low) / before) / (before + behind);
+        Some(bend.abs() * before.max(behind).powi(2) / 4.0)
+    });
+    bulges.reduce(f64::max)
 }
 
 /// The cell of a coordinate, and its place in the cell from 0 to 1.

@@ -93,7 +93,10 @@ impl<const AXES: usize> Checker<AXES> {
         self.check_known(standing)?;
         let modal = self.interpreter.modal();
         let is_laser = self.settings.is_on(Setting::Laser);
-        let mut lines = vec!["G21 G90 G94 G17 G49 G80".to_owned(), "G92.1".to_owned()];
+        let mut lines = vec!["G21 G90 G94 G17 G80".to_owned()];
+        // What the program does not set counts as it did for the program's beginning.
+        lines.extend(standing.sets.length.then(|| "G49".to_owned()));
+        lines.extend(standing.sets.shift.then(|| "G92.1".to_owned()));
         if let Some(tool) = standing.tool {
             lines.push(format!("(tool T{tool})"));
         }
@@ -116,7 +119,7 @@ impl<const AXES: usize> Checker<AXES> {
         }
         lines.extend(self.over(standing));
         lines.extend(self.down(standing));
-        lines.push(modal.system.to_string());
+        lines.extend(standing.sets.system.then(|| modal.system.to_string()));
         lines.extend(self.offsets());
         lines.push(self.modes(is_laser));
         Ok(lines)
@@ -155,11 +158,12 @@ impl<const AXES: usize> Checker<AXES> {
     fn up(&self, standing: &Standing<AXES>, ask: &Ask) -> Option<String> {
         match standing.frames.get(TOOL)? {
             Frame::Untouched | Frame::Lost(_) => {
-                ask.clearance.map(|z| format!("G54 G0 Z{}", number(z)))
+                let system = standing.system(WorkSystem::default());
+                ask.clearance.map(|z| format!("{system}G0 Z{}", number(z)))
             }
             Frame::Work(system) => {
                 let z = ask.clearance.or(standing.highest)?;
-                Some(format!("{system} G0 Z{}", number(z)))
+                Some(format!("{}G0 Z{}", standing.system(*system), number(z)))
             }
             Frame::Machine => Some(format!("G53 G0 Z{}", number(self.at(TOOL)))),
             Frame::Stored(code) => Some(format!("G91 G{code} Z0")),
@@ -185,7 +189,8 @@ impl<const AXES: usize> Checker<AXES> {
         lines.push("G90".to_owned());
         lines.extend(by(Frame::Machine).map(|words| format!("G53 G0 {words}")));
         for system in WorkSystem::ALL {
-            lines.extend(by(Frame::Work(system)).map(|words| format!("{system} G0 {words}")));
+            let name = standing.system(system);
+            lines.extend(by(Frame::Work(system)).map(|words| format!("{name}G0 {words}")));
         }
         lines
     }
@@ -206,9 +211,10 @@ impl<const AXES: usize> Checker<AXES> {
             return None;
         };
         let word = self.word(standing, TOOL);
+        let system = standing.system(system);
         Some(match self.feed() {
-            Some(feed) => format!("{system} G1 {word} F{feed}"),
-            None => format!("{system} G0 {word}"),
+            Some(feed) => format!("{system}G1 {word} F{feed}"),
+            None => format!("{system}G0 {word}"),
         })
     }
 

@@ -51,6 +51,19 @@ pub(super) struct Standing<const AXES: usize> {
     pub(super) tool: Option<Number>,
     /// The last line that named its motion.
     pub(super) motion_line: u64,
+    /// What the program sets itself; the rest is as it was before the program.
+    pub(super) sets: Sets,
+}
+
+/// Which of the zeros that a machine keeps between programs a program sets itself.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Sets {
+    /// It names a work system.
+    pub(super) system: bool,
+    /// G92 or G52, of an axis that is no filament's.
+    pub(super) shift: bool,
+    /// The length of the tool.
+    pub(super) length: bool,
 }
 
 impl<const AXES: usize> Standing<AXES> {
@@ -67,6 +80,15 @@ impl<const AXES: usize> Standing<AXES> {
             calls: Vec::new(),
             tool: None,
             motion_line: 0,
+            sets: Sets::default(),
+        }
+    }
+
+    /// A work system's word and a blank; nothing if the program leaves it to who runs it.
+    pub(super) fn system(&self, system: WorkSystem) -> String {
+        match self.sets.system {
+            true => format!("{system} "),
+            false => String::new(),
         }
     }
 
@@ -88,6 +110,7 @@ impl<const AXES: usize> Standing<AXES> {
         if line.names_motion() {
             self.motion_line = number;
         }
+        line.note_zeros(&mut self.sets);
         if let Some(tool) = line.value(Letter::T) {
             self.tool = Some(tool);
         }
@@ -277,6 +300,27 @@ impl Line<'_> {
                 .iter()
                 .any(|word| Some(&word.letter().as_char()) == letter)
         })
+    }
+
+    /// Notes which zeros it sets.
+    fn note_zeros(&self, sets: &mut Sets) {
+        let places = |one: &Word| matches!(one.letter().as_char(), 'A'..='C' | 'U'..='Z');
+        let names = self.words.iter().any(places);
+        for code in self.codes() {
+            match code.trunc() {
+                54..=59 => sets.system = true,
+                10 => {
+                    sets.system |= self
+                        .value(Letter::P)
+                        .is_some_and(|system| system.trunc() > 0)
+                }
+                43 | 49 => sets.length = true,
+                52 => sets.shift = true,
+                // G92.1 and its like name no axis.
+                92 => sets.shift |= code != G92 || names,
+                _ => {}
+            }
+        }
     }
 
     fn lost(&self) -> Frame {
