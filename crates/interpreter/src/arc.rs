@@ -60,7 +60,6 @@ impl ArcMismatch {
     };
 
     /// The difference that is allowed at this radius; both 10⁻⁹ mm.
-    #[inline(never)] // it is called twice
     fn at(self, radius: u64) -> u64 {
         let percent = self.percent.nanos().unsigned_abs() / 1_000;
         let share = (radius / 1_000).saturating_mul(percent) / 100_000;
@@ -102,8 +101,18 @@ pub(super) fn fitted_centre(
     }
     let (start, end) = (root(start2), root(end2));
     let mismatch = start.abs_diff(end);
-    let most = allowed.at(start);
-    if mismatch <= most && mismatch <= ArcMismatch::GRBL.at(start) {
+    let apart = Coordinate::from_nanos(mismatch.min(i64::MAX as u64) as i64);
+    let usual = ArcMismatch::GRBL
+        .nanos()
+        .max((start / 1_000).min(SHARE_ENDS));
+    let most = match allowed == ArcMismatch::GRBL {
+        true => usual,
+        false => allowed.at(start),
+    };
+    if mismatch > most {
+        return Err(apart);
+    }
+    if mismatch <= usual {
         return Ok(centre);
     }
     // The centre moves along the chord, by (end² − start²) / (2·chord).
@@ -111,8 +120,8 @@ pub(super) fn fitted_centre(
     let chord2 = x * x + y * y;
     let share = mismatch as f32 * (start + end) as f32 / (2e18 * chord2);
     let is_long = (x * j > y * i) != (turn == Turn::Counterclockwise);
-    if mismatch > most || is_long && share * share * chord2 * 1e18 > (most as f32) * (most as f32) {
-        return Err(Coordinate::from_nanos(mismatch.min(i64::MAX as u64) as i64));
+    if is_long && share * share * chord2 * 1e18 > (most as f32) * (most as f32) {
+        return Err(apart);
     }
     let share = if end2 > start2 { share } else { -share };
     let ([i, j], [x, y]) = (centre, travel);
