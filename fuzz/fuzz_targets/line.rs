@@ -12,7 +12,8 @@
 
 use leadscrew_gcode::{parse, words};
 use leadscrew_machine::interpreter::{
-    AxisKind, Commands, Context, Coordinate, Dialect, Extent, Interpreter, OwnCodes, ToolTable,
+    ArcMismatch, AxisKind, Commands, Context, Coordinate, Dialect, Extent, Interpreter, OwnCodes,
+    ToolTable,
 };
 use leadscrew_machine::protocol::line_reader::{LineReader, GRBL_LINE_LENGTH};
 use leadscrew_machine::protocol::system_command::{Activity, Circumstances, SystemCommand};
@@ -103,6 +104,7 @@ impl Bench {
             laser_mode: self.laser_mode,
             soft_limits: self.soft_limits,
             reach: &self.reach,
+            arcs: ArcMismatch::GRBL,
             own: OwnCodes::NONE,
             tools: ToolTable::NONE,
         };
@@ -128,6 +130,7 @@ impl Bench {
             laser_mode: self.laser_mode,
             soft_limits: self.soft_limits,
             reach: &self.reach,
+            arcs: ArcMismatch::GRBL,
             own: OwnCodes::NONE,
             tools: ToolTable::NONE,
         }

@@ -222,7 +222,7 @@ pub(crate) fn own() -> Own {{
         // An image of four motors, which is for chips of 1 MiB, has more constants.
         let code = match has_four_motors {
             true => "",
-            false => "\n    *(.text*board_f407*14settings_flash*);",
+            false => "\n    *(.text*leadscrew_settings5store*14settings_flash*);",
         };
         let text = format!(
             "/* The board's record; the code is behind it. Constants are in front, and code that keeps settings: the vector table's

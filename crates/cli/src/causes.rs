@@ -65,15 +65,16 @@ fn subject(complaint: &Complaint) -> String {
     }
 }
 
-/// The axes that leave their travel, and at which end. `detail` is `X would be at 5.000 mm, ...; Y
-/// would be at -7.000 mm, ...`.
+/// The axes that leave their travel, and at which end. `detail` is `X would be at 5.000 mm, its
+/// travel is -200.000 to 0; Y would be at -7.000 mm on the axis' own scale, its frame ends at 0.000
+/// mm`: a place that is below the next number is too low.
 fn axes(detail: &str) -> String {
     let end = |axis: &str| {
         let name = axis.chars().next().unwrap_or(' ');
-        let side = if axis.contains("be at -") {
-            "low"
-        } else {
-            "high"
+        let mut numbers = axis.split(' ').filter_map(|word| word.parse::<f64>().ok());
+        let side = match (axis.contains("be at"), numbers.next(), numbers.next()) {
+            (true, Some(at), Some(end)) if at < end => "low",
+            _ => "high",
         };
         format!("{name} too {side}")
     };
@@ -118,6 +119,23 @@ mod tests {
         assert!(causes.note(&unsupported(4, "M104 S200")));
         let rest = "job.nc: error:20 (E): 1 more, as in line 1, the last in line 2";
         assert_eq!(causes.rest("job.nc"), [rest]);
+    }
+
+    #[test]
+    fn an_axis_is_too_low_below_the_lower_end_wherever_zero_is() {
+        for (detail, words) in [
+            ("X would be at 5.000 mm, its travel is -200.000 to 0", "X too high"),
+            ("X would be at -2.000 mm, its travel is -200.000 to -3", "X too high"),
+            ("X would be at 2.000 mm, its travel is 3.000 to 203", "X too low"),
+            (
+                "X would be at 204.000 mm, its travel is 3.000 to 203; Y would be at -7.000 mm, its travel is 0.000 to 9",
+                "X too high, Y too low",
+            ),
+            ("Z would be at -1.000 mm on the axis' own scale, its frame ends at 0.000 mm", "Z too low"),
+            ("Z goes over 300.000 mm, its travel is 200.000 mm", "Z too high"),
+        ] {
+            assert_eq!(axes(detail), words);
+        }
     }
 
     #[test]

@@ -291,16 +291,17 @@ fn caption(machine: &Machine, report: &Report, path: &Toolpath) -> Caption {
     }
 }
 
-/// The travel of X and Y, mm, for a picture of `path`; `None` if the path's place in it is not
-/// known: the machine does not home, or it has not in this job.
-pub(super) fn known_travel(machine: &Machine, path: &Toolpath) -> Option<[f32; 2]> {
+/// The ends of the travel of X and Y, mm, for a picture of `path`; `None` if the path's place in it
+/// is not known: the machine does not home, or it has not in this job.
+pub(super) fn known_travel(machine: &Machine, path: &Toolpath) -> Option<[[f32; 2]; 2]> {
     let settings = &machine.settings;
     let jumps = path.moves().iter().skip(1).any(|one| one.way == Way::Jump);
     let is_placed = jumps || path.ends()[0] != [0.0; 2];
     let knows =
         settings.is_on(Setting::Homing) && (settings.is_on(Setting::SoftLimits) || is_placed);
-    let travel = machine.of_axes(AxisSetting::Travel);
-    knows.then(|| [travel[0] as f32, travel[1] as f32])
+    let bounds = machine.bounds();
+    let ends = |axis: usize| [bounds[axis].low.to_mm(), bounds[axis].high.to_mm()];
+    knows.then(|| [ends(0), ends(1)])
 }
 
 /// The data for pictures of a run.

@@ -11,7 +11,8 @@
 
 use leadscrew_gcode::Number;
 use leadscrew_interpreter::{
-    AxisKind, Commands, Context, Dialect, Extent, Fault, Interpreter, OwnCodes, ToolTable, MAX_WORD,
+    ArcMismatch, AxisKind, Commands, Context, Dialect, Extent, Fault, Interpreter, OwnCodes,
+    ToolTable, MAX_WORD,
 };
 use std::io;
 
@@ -37,6 +38,7 @@ fn carry_out(interpreter: &mut Interpreter<3>, line: &[u8]) -> Result<(), Fault>
         laser_mode: false,
         soft_limits: false,
         reach: &[MAX_WORD; 3],
+        arcs: ArcMismatch::GRBL,
         own: OwnCodes::NONE,
         tools: ToolTable::NONE,
     };

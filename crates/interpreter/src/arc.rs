@@ -42,15 +42,51 @@ pub(super) fn centre_from_radius(
     ])
 }
 
-/// Checks that start and end are equally far from a centre given by its offset from the start (I,
-/// J, K).
+/// How much farther from an arc's centre one end may be than the other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ArcMismatch {
+    /// The difference that is always allowed, mm.
+    pub length: Number,
+    /// The share of the radius that is allowed up to 0.5 mm, %.
+    pub percent: Number,
+}
+
+impl ArcMismatch {
+    /// GRBL allows 0.005 mm, and beyond that a thousandth of the radius up to 0.5 mm.
+    pub const GRBL: Self = Self {
+        length: Number::from_nanos(5_000_000),
+        percent: Number::from_nanos(100_000_000),
+    };
+
+    /// The difference that is allowed at this radius; both 10⁻⁹ mm.
+    fn at(self, radius: u64) -> u64 {
+        let percent = self.percent.nanos().unsigned_abs() / 1_000;
+        let share = (radius / 1_000).saturating_mul(percent) / 100_000;
+        self.nanos().max(share.min(SHARE_ENDS))
+    }
+
+    fn nanos(self) -> u64 {
+        self.length.nanos().unsigned_abs()
+    }
+}
+
+/// Finds the centre of an arc given by its offset from the start (I, J, K).
 ///
-/// GRBL allows 0.005 mm, and beyond that a thousandth of the radius up to 0.5 mm.
+/// Start and end are to be equally far from it. A difference that GRBL allows changes nothing, and
+/// the arc ends with a small step. A larger one that is `allowed` moves the centre to the nearest
+/// place that is equally far from both.
 ///
 /// # Errors
 ///
-/// [`Status::InvalidTarget`] if they are not.
-pub(super) fn check_centre(travel: [Coordinate; 2], centre: [Coordinate; 2]) -> Result<(), Status> {
+/// The difference, if it is not allowed; or if the centre of an arc of more than half a turn would
+/// move by more than the difference that is allowed.
+pub(super) fn fitted_centre(
+    travel: [Coordinate; 2],
+    centre: [Coordinate; 2],
+    turn: Turn,
+    allowed: ArcMismatch,
+) -> Result<[Coordinate; 2], Coordinate> {
     let [x, y] = travel;
     let [i, j] = centre;
     let start2 = square_of_length(centre);
@@ -59,21 +95,41 @@ pub(super) fn check_centre(travel: [Coordinate; 2], centre: [Coordinate; 2]) -> 
     // The radii at start and end, a and b, differ by
     // |a − b| = |a² − b²| / (a + b)
     // where a + b is no less than a's longest component: most arcs need no root.
-    if start2.abs_diff(end2) <= u128::from(ALWAYS_ALLOWED) * longest {
-        return Ok(());
+    let least = ArcMismatch::GRBL.nanos().min(allowed.nanos());
+    if start2.abs_diff(end2) <= u128::from(least) * longest {
+        return Ok(centre);
     }
     let (start, end) = (root(start2), root(end2));
     let mismatch = start.abs_diff(end);
-    if mismatch > ALWAYS_ALLOWED && (mismatch > NEVER_ALLOWED || mismatch > start / 1000) {
-        return Err(Status::InvalidTarget);
+    let apart = Coordinate::from_nanos(mismatch.min(i64::MAX as u64) as i64);
+    let usual = ArcMismatch::GRBL
+        .nanos()
+        .max((start / 1_000).min(SHARE_ENDS));
+    let most = match allowed == ArcMismatch::GRBL {
+        true => usual,
+        false => allowed.at(start),
+    };
+    if mismatch > most {
+        return Err(apart);
     }
-    Ok(())
+    if mismatch <= usual {
+        return Ok(centre);
+    }
+    // The centre moves along the chord, by (end² − start²) / (2·chord).
+    let [[x, y], [i, j]] = [travel, centre].map(|place| place.map(mm));
+    let chord2 = x * x + y * y;
+    let share = mismatch as f32 * (start + end) as f32 / (2e18 * chord2);
+    let is_long = (x * j > y * i) != (turn == Turn::Counterclockwise);
+    if is_long && share * share * chord2 * 1e18 > (most as f32) * (most as f32) {
+        return Err(apart);
+    }
+    let share = if end2 > start2 { share } else { -share };
+    let ([i, j], [x, y]) = (centre, travel);
+    Ok([i + scaled(x, share), j + scaled(y, share)])
 }
 
-/// A difference of 0.005 mm is always allowed, in 10⁻⁹ mm.
-const ALWAYS_ALLOWED: u64 = 5_000_000;
-/// A difference of more than 0.5 mm is never allowed, in 10⁻⁹ mm.
-const NEVER_ALLOWED: u64 = 500_000_000;
+/// The share of the radius is allowed up to 0.5 mm, in 10⁻⁹ mm.
+const SHARE_ENDS: u64 = 500_000_000;
 
 fn square_of_length([x, y]: [Coordinate; 2]) -> u128 {
     square(x) + square(y)
@@ -101,10 +157,14 @@ fn half(length: Coordinate) -> Coordinate {
     Coordinate::from_nanos(length.nanos() / 2)
 }
 
+#[inline(never)] // it is called four times
 fn scaled(length: Coordinate, factor: f32) -> Coordinate {
-    let scaled = Number::from_nanos(length.nanos()).to_f32() * factor;
     // No word is beyond ±10⁹ mm, and neither is the part of one.
-    Coordinate::from_mm(scaled).unwrap_or_default()
+    Coordinate::from_mm(mm(length) * factor).unwrap_or_default()
+}
+
+fn mm(length: Coordinate) -> f32 {
+    Number::from_nanos(length.nanos()).to_f32()
 }
 
 #[cfg(test)]
@@ -168,12 +228,71 @@ mod tests {
             (1.0, 0.0, false),
         ];
         for (x, i, allowed) in cases {
-            let answer = check_centre([mm(x), Coordinate::ZERO], [mm(i), Coordinate::ZERO]);
-            assert_eq!(answer.is_ok(), allowed, "X{x} I{i}");
+            let centre = [mm(i), Coordinate::ZERO];
+            let answer = fitted_centre(
+                [mm(x), Coordinate::ZERO],
+                centre,
+                Turn::Clockwise,
+                ArcMismatch::GRBL,
+            );
+            assert_eq!(answer.ok(), allowed.then_some(centre), "X{x} I{i}");
         }
     }
 
+    #[test]
+    fn a_difference_beyond_what_is_allowed_is_told() {
+        let answer = fitted_centre(
+            [mm(2.0), mm(0.0)],
+            [mm(1.02), mm(0.0)],
+            Turn::Clockwise,
+            ArcMismatch::GRBL,
+        );
+        assert_eq!(answer, Err(mm(0.04)));
+    }
+
+    /// The ends of an almost full circle are close together: its centre would have to move far.
+    #[test]
+    fn a_long_arc_whose_centre_would_move_far_is_refused() {
+        let allowed = ArcMismatch {
+            length: Number::from_nanos(100_000_000),
+            ..ArcMismatch::GRBL
+        };
+        let fit = |turn| fitted_centre([mm(0.5), mm(0.2)], [mm(0.0), mm(10.0)], turn, allowed);
+        assert_eq!(fit(Turn::Clockwise).map_err(|_| ()), Err(()));
+        assert!(fit(Turn::Counterclockwise).is_err());
+        // Within what is allowed: to the left of the start the arc is short.
+        let fit = |turn| fitted_centre([mm(0.5), mm(0.05)], [mm(0.0), mm(10.0)], turn, allowed);
+        assert!(fit(Turn::Clockwise).is_err());
+        assert!(fit(Turn::Counterclockwise).is_ok());
+    }
+
     proptest! {
+        /// The reference is geometry in double precision: equal distances, and no move across the
+        /// chord.
+        #[test]
+        fn a_centre_that_is_moved_is_equally_far_from_both_ends(
+            radius in 1.0..500.0_f64, from in 0.0..6.3_f64, sweep in 0.3..3.0_f64,
+            apart in -0.4..0.4_f64,
+        ) {
+            let allowed = ArcMismatch {
+                length: Number::from_nanos(400_100_000), percent: Number::from_int(0),
+            };
+            let point = |radius: f64, angle: f64| [radius * angle.cos(), radius * angle.sin()];
+            let (start, end) = (point(radius, from), point(radius + apart, from + sweep));
+            let travel = [end[0] - start[0], end[1] - start[1]];
+            let given = [-start[0], -start[1]];
+            let fitted = fitted_centre(travel.map(mm), given.map(mm), Turn::Counterclockwise, allowed)
+                .unwrap().map(|c| c.nanos() as f64 / 1e9);
+            if apart.abs() > 0.0051 && apart.abs() > radius / 999.0 {
+                let far = f64::hypot(travel[0] - fitted[0], travel[1] - fitted[1]);
+                prop_assert!((f64::hypot(fitted[0], fitted[1]) - far).abs() < 1e-6 * radius);
+            }
+            let moved = [fitted[0] - given[0], fitted[1] - given[1]];
+            let across = moved[0] * travel[1] - moved[1] * travel[0];
+            prop_assert!(across.abs() < 1e-5 * radius, "{}", across);
+            prop_assert!(f64::hypot(moved[0], moved[1]) < 4.0 * apart.abs() + 1e-6);
+        }
+
         #[test]
         fn a_root_is_rounded_down(n in 0..u64::MAX / 2) {
             let square = u128::from(n) * u128::from(n);

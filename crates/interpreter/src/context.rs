@@ -1,6 +1,7 @@
 //! The settings and the machine that a line's meaning depends on.
 
 use super::Coordinate;
+use crate::arc::ArcMismatch;
 use crate::own::{Call, MCode, Words};
 use crate::AxisKind;
 use crate::Status;
@@ -24,6 +25,8 @@ pub struct Context<'a, const AXES: usize> {
     /// range of `i32` divided by the steps per mm keeps every move countable, too. At most
     /// [`MAX_WORD`](super::MAX_WORD).
     pub reach: &'a [Coordinate; AXES],
+    /// `$713`, `$714`: how much farther from an arc's centre one end may be than the other.
+    pub arcs: ArcMismatch,
     /// M codes beyond GRBL's.
     pub own: OwnCodes<'a>,
     /// The tool table.

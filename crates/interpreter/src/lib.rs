@@ -17,7 +17,7 @@
 //!
 //! ```
 //! use leadscrew_interpreter::{
-//!     AxisKind, Commands, Context, Dialect, Interpreter, OwnCodes, ToolTable, MAX_WORD,
+//!     ArcMismatch, AxisKind, Commands, Context, Dialect, Interpreter, OwnCodes, ToolTable, MAX_WORD,
 //! };
 //!
 //! let context = Context {
@@ -26,6 +26,7 @@
 //!     laser_mode: false,
 //!     soft_limits: false,
 //!     reach: &[MAX_WORD; 3],
+//!     arcs: ArcMismatch::GRBL,
 //!     own: OwnCodes::NONE,
 //!     tools: ToolTable::NONE,
 //! };
@@ -67,6 +68,7 @@ mod takers;
 mod units;
 mod words;
 
+pub use arc::ArcMismatch;
 pub use axes::AxisKind;
 pub use command::{
     ArcShape, Command, Commands, Feed, Jog, OffsetId, Spindle, Travel, MAX_COMMANDS,

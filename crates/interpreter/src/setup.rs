@@ -5,6 +5,7 @@ use super::cycle::series::Series;
 use super::decimals::Decimals;
 use super::modal_state::{Coolant, ModalState, OverrideControl, Rotation};
 use super::offsets::Offsets;
+use core::cell::Cell;
 use leadscrew_planner::Coordinate;
 
 /// The state that G-code leaves from line to line: modes, offsets, and where the program has got
@@ -27,6 +28,25 @@ pub struct Interpreter<const AXES: usize> {
     pub(super) series: Option<Series>,
     /// The decimals of the program.
     pub(super) decimals: Decimals,
+    /// What the last arc lacked that was refused.
+    pub(super) apart: Apart,
+}
+
+/// What a refused arc lacked. It is said, and changes nothing: two states that differ in it are the
+/// same.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Apart(Cell<Coordinate>);
+
+impl Apart {
+    pub(super) fn note(&self, apart: Coordinate) {
+        self.0.set(apart);
+    }
+}
+
+impl PartialEq for Apart {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 impl<const AXES: usize> Interpreter<AXES> {
@@ -41,6 +61,7 @@ impl<const AXES: usize> Interpreter<AXES> {
             position: [Coordinate::ZERO; AXES],
             series: None,
             decimals: Decimals::UNKNOWN,
+            apart: Apart::default(),
         }
     }
 
@@ -48,6 +69,12 @@ impl<const AXES: usize> Interpreter<AXES> {
     pub fn load_offset(&mut self, id: OffsetId, value: [Coordinate; AXES]) {
         self.offsets.set(id, value);
         self.work_offset = self.offsets.work_offset(self.modal.system);
+    }
+
+    /// Takes how much farther from its centre one end of an arc was than the other, mm, where an arc
+    /// was refused for that.
+    pub fn take_mismatch(&self) -> Option<Coordinate> {
+        Some(self.apart.0.take()).filter(|apart| *apart > Coordinate::ZERO)
     }
 
     /// Returns the modal state.

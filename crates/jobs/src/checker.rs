@@ -23,8 +23,10 @@ use carriage::Carriage;
 use doubts::Habits;
 use frame::{is_in_machine_coordinates, Spans};
 use known::Probed;
+use leadscrew_gcode::Number;
 use leadscrew_machine::config::{AxisKind, AxisMask, MachineConfig};
 use leadscrew_machine::extension::{Call, Extension};
+use leadscrew_machine::home::{self, Bounds};
 use leadscrew_machine::interpreter::{
     ArcShape, Command, Commands, Context, Extent, Fault as LineFault, Feed, Interpreter, OffsetId,
     Own as Codes, OwnCodes, Rotation, Spindle, Strokes, ToolTable, Travel, WorkSystem,
@@ -32,7 +34,7 @@ use leadscrew_machine::interpreter::{
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::line_reader::{raw_column, LineReader};
 use leadscrew_machine::protocol::realtime::{Byte, Sorter};
-use leadscrew_machine::settings::table::{AxisSetting, Setting};
+use leadscrew_machine::settings::table::Setting;
 use leadscrew_machine::settings::values::Settings;
 use leadscrew_machine::soft_limits;
 use leadscrew_planner::Coordinate;
@@ -339,10 +341,8 @@ impl<const AXES: usize> Checker<AXES> {
                 .config
                 .context(&self.settings, &reach, OwnCodes::some(&own))
         };
-        let extent = self
-            .interpreter
-            .interpret(line, &context, &mut commands)
-            .map_err(refused)?;
+        let extent = self.interpreter.interpret(line, &context, &mut commands);
+        let extent = extent.map_err(|fault| refused_by(&self.interpreter, fault))?;
         let mut rest = Commands::new();
         if extent == Extent::First {
             self.interpreter
@@ -493,36 +493,31 @@ impl<const AXES: usize> Checker<AXES> {
         if !self.settings.is_on(Setting::SoftLimits) && !self.travel_counts && self.homed == 0 {
             return Ok(());
         }
-        let (travel, target) = (self.travel(), self.judged(target));
-        if soft_limits::allow(&target, &travel, &self.config.axes) {
+        let ends = self.bounds();
+        let target = self.judged(target, &ends);
+        if soft_limits::allow(&target, &ends, &self.config.axes) {
             return Ok(());
         }
         Err((
             LineFaultKind::OutOfTravel,
-            Some(self.beyond(&target, &travel)),
+            Some(self.beyond(&target, &ends)),
         ))
     }
 
     /// The sentence that tells which axes would leave their travel, and by how much.
-    fn beyond(&self, target: &[Coordinate; AXES], travel: &[Coordinate; AXES]) -> String {
+    fn beyond(&self, target: &[Coordinate; AXES], ends: &[Bounds; AXES]) -> String {
         let kinds = self.config.axes.iter();
-        let axes = self
-            .letters
-            .iter()
-            .zip(kinds)
-            .zip(target.iter().zip(travel));
-        let is_beyond = |at: Coordinate, travel: Coordinate| {
-            at > Coordinate::ZERO || at < Coordinate::ZERO - travel
-        };
+        let axes = self.letters.iter().zip(kinds).zip(target.iter().zip(ends));
         let parts: Vec<String> = axes
-            .filter(|((_, kind), (at, travel))| {
-                **kind != AxisKind::Extruder && is_beyond(**at, **travel)
+            .filter(|((_, kind), (at, ends))| {
+                **kind != AxisKind::Extruder && !(ends.low..=ends.high).contains(at)
             })
-            .map(|((name, _), (at, travel))| {
+            .map(|((name, _), (at, ends))| {
                 format!(
-                    "{name} would be at {:.3} mm, its travel is {:.3} to 0",
+                    "{name} would be at {:.3} mm, its travel is {:.3} to {}",
                     at.to_mm(),
-                    -travel.to_mm()
+                    ends.low.to_mm(),
+                    Number::from_nanos(ends.high.nanos())
                 )
             })
             .collect();
@@ -530,9 +525,12 @@ impl<const AXES: usize> Checker<AXES> {
     }
 
     fn travel(&self) -> [Coordinate; AXES] {
-        let travel = self.settings.axes(AxisSetting::Travel);
-        let reach = self.reach();
-        std::array::from_fn(|axis| Coordinate::from_nanos(travel[axis].nanos()).min(reach[axis]))
+        self.bounds().map(Bounds::travel)
+    }
+
+    /// The ends of each axis's travel, as the machine has them.
+    fn bounds(&self) -> [Bounds; AXES] {
+        home::bounds(&self.settings, &self.reach())
     }
 
     /// The farthest coordinates whose steps can be counted: the machine itself has the same limits.
@@ -576,6 +574,19 @@ impl<const AXES: usize> Checker<AXES> {
 /// X, Y and Z in mm.
 fn mm<const AXES: usize>(at: &[Coordinate; AXES]) -> [f64; 3] {
     std::array::from_fn(|axis| at.get(axis).map_or(0.0, |axis| axis.nanos() as f64 * 1e-9))
+}
+
+/// A line that the interpreter refuses; of an arc whose radii differ it says by how much.
+fn refused_by<const AXES: usize>(
+    interpreter: &Interpreter<AXES>,
+    fault: LineFault,
+) -> (LineFaultKind, Option<String>) {
+    let apart = interpreter.take_mismatch();
+    let detail = apart.map(|apart| {
+        let apart = Number::from_nanos(apart.nanos());
+        format!("the radii of the arc at its ends differ by {apart} mm")
+    });
+    (LineFaultKind::Refused(fault), detail)
 }
 
 fn refused(fault: LineFault) -> (LineFaultKind, Option<String>) {

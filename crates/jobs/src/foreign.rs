@@ -5,6 +5,7 @@ use crate::machine::Machine;
 use leadscrew_import::drill::{jobs, Options as BoardOptions, Speeds};
 use leadscrew_import::excellon::{self, Known};
 use leadscrew_import::{print, rows, rp, Faults, Job as Made, Mm};
+use leadscrew_machine::home;
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_sim::profile::{DrillTable, End};
 
@@ -134,13 +135,14 @@ pub fn board_speeds(machine: &Machine) -> Speeds {
 /// home switches. `None` for a machine that does not home X, Y and Z at their low ends.
 fn home_of(machine: &Machine) -> Option<[Mm; 3]> {
     let axes = &machine.file.axes;
-    let pull_off = Mm::from_nanos(machine.settings.value(Setting::HomingPullOff).nanos());
-    let place = |end: End| match end {
-        End::Low => Some(pull_off),
+    let pull_off = |axis| Mm::from_nanos(home::pull_off(&machine.settings, axis).nanos());
+    let place = |(axis, end)| match end {
+        End::Low => Some(pull_off(axis)),
         End::Zero | End::High => None,
     };
     let homes = machine.settings.is_on(Setting::Homing);
-    let places = [&axes.x, &axes.y, &axes.z].map(|axis| place(axis.home).filter(|_| homes));
+    let places = [(0, axes.x.home), (1, axes.y.home), (2, axes.z.home)];
+    let places = places.map(|axis| place(axis).filter(|_| homes));
     let [Some(x), Some(y), Some(z)] = places else {
         return None;
     };

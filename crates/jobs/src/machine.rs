@@ -4,6 +4,7 @@
 use crate::settings_file::{SettingLine, SettingsError};
 use leadscrew_gcode::{leading_number, Number};
 use leadscrew_machine::config::MachineConfig;
+use leadscrew_machine::home::{self, Bounds};
 use leadscrew_machine::protocol::message::Capped;
 use leadscrew_machine::protocol::status::Status;
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
@@ -11,6 +12,7 @@ use leadscrew_machine::settings::values::{Entry, Key, Settings};
 use leadscrew_machine::step_rate;
 use leadscrew_machine::step_timing::StepTiming;
 use leadscrew_outputs::OutputsConfig;
+use leadscrew_planner::StepsPerMm;
 use leadscrew_sim::oven::HeatFault;
 use leadscrew_sim::profile::{BufferSize, LookAhead, Profile, MOST_AXES};
 use leadscrew_sim::scene::Tooling;
@@ -117,6 +119,13 @@ impl Machine {
             defaults: self.first,
             ..self.file.config()
         }
+    }
+
+    /// The ends of each axis's travel, machine position.
+    pub fn bounds(&self) -> Vec<Bounds> {
+        let scales = self.settings.axes(AxisSetting::StepsPerMm);
+        let reach = scales.map(|scale| StepsPerMm::from_nanos(scale.nanos()).coordinate(1 << 30));
+        home::bounds(&self.settings, &reach)[..self.axes()].to_vec()
     }
 
     /// The values of an axis setting, one for each axis.

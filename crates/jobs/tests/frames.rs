@@ -106,3 +106,22 @@ fn a_switch_for_homing_alone_may_be_passed_and_the_far_end_may_not() {
         "{end}"
     );
 }
+
+#[test]
+fn a_run_knows_the_place_after_homing_to_a_zero_of_the_owner_s() {
+    // The switch is at 10: 2 mm from it the machine counts 12, and the frame ends at 420.
+    let own = LASER.replace("travel = 410\n", "travel = 410\nhome_place_mm = 10\n");
+    let (end, at, told) = run(&own, false, "$H\nG53 G0 X420\n");
+    assert_eq!((end.as_str(), &told[..]), ("done", &[][..]));
+    assert!((at - 410.0).abs() < 0.05, "{at}");
+    let (end, _, told) = run(&own, false, "$H\nG53 G0 X420.1\n");
+    assert!(end.ends_with("at line 2"), "{end}");
+    assert!(told[0].contains("X would be at 410.1"), "{}", told[0]);
+    // Homing leaves the switch by the axis' own way.
+    let off = own.replace(
+        "home_place_mm = 10\n",
+        "home_place_mm = 10\nhome_pull_off_mm = 5\n",
+    );
+    let (_, at, _) = run(&off, false, "$H\n");
+    assert!((at - 5.0).abs() < 0.05, "{at}");
+}

@@ -94,6 +94,7 @@ impl Profile {
             (Setting::StepInvert, bits(|axis| axis.step_inverted)),
             (Setting::DirectionInvert, self.reversed().bits()),
             (Setting::HomingDirection, bits(|axis| axis.home == End::Low)),
+            (Setting::OwnHomes, bits(|axis| axis.home_place_mm.is_some())),
             (
                 Setting::LimitInvert,
                 u8::from(self.switches.normally_closed),
@@ -137,7 +138,7 @@ fn in_words(status: Status, key: Key, limits: StepLimits) -> String {
 
 /// The settings in the table of an axis.
 fn of_axis(axis: &Axis, number: u16, letter: char) -> impl Iterator<Item = Named> + use<'_> {
-    let values: [(&str, AxisSetting, &Option<Spanned<Positive>>); 4] = [
+    let values: [(&str, AxisSetting, &Option<Spanned<Positive>>); 7] = [
         ("steps_per_mm", AxisSetting::StepsPerMm, &axis.steps_per_mm),
         ("travel", AxisSetting::Travel, &axis.travel),
         ("rate_mm_min", AxisSetting::MaxRate, &axis.rate_mm_min),
@@ -146,16 +147,42 @@ fn of_axis(axis: &Axis, number: u16, letter: char) -> impl Iterator<Item = Named
             AxisSetting::Acceleration,
             &axis.acceleration_mm_s2,
         ),
+        (
+            "home_pull_off_mm",
+            AxisSetting::PullOff,
+            &axis.home_pull_off_mm,
+        ),
+        (
+            "home_seek_mm_min",
+            AxisSetting::HomeSeek,
+            &axis.home_seek_mm_min,
+        ),
+        (
+            "home_feed_mm_min",
+            AxisSetting::HomeFeed,
+            &axis.home_feed_mm_min,
+        ),
     ];
-    values.into_iter().filter_map(move |(key, setting, value)| {
+    let named = move |key: &str, setting: AxisSetting, value: f64, at: usize| Named {
+        key: format!("axes.{letter}.{key}"),
+        number: setting.row().number + number,
+        value,
+        at,
+    };
+    let place = axis.home_place_mm.as_ref().map(|place| {
+        let (mm, at) = (place.get_ref().mm(), place.span().start);
+        named("home_place_mm", AxisSetting::HomePlace, mm, at)
+    });
+    let values = values.into_iter().filter_map(move |(key, setting, value)| {
         let value = value.as_ref()?;
-        Some(Named {
-            key: format!("axes.{letter}.{key}"),
-            number: setting.row().number + number,
-            value: value.get_ref().get(),
-            at: value.span().start,
-        })
-    })
+        Some(named(
+            key,
+            setting,
+            value.get_ref().get(),
+            value.span().start,
+        ))
+    });
+    values.chain(place)
 }
 
 fn entry(named: &Named) -> Entry {
@@ -200,6 +227,25 @@ mod tests {
             .map(|(number, nanos)| (number, nanos / 1_000_000_000))
             .collect();
         assert_eq!(masks, [(2, 0b100), (3, 0b1110), (23, 0b011)]);
+    }
+
+    #[test]
+    fn an_axis_has_a_home_of_its_own() {
+        let text = "[axes.y]\nhome = \"low\"\nhome_place_mm = -2.5\nhome_pull_off_mm = 3\n\
+            home_seek_mm_min = 900\nhome_feed_mm_min = 60\n";
+        let found: Vec<_> = first(text)
+            .into_iter()
+            .map(|(number, nanos)| (number, nanos / 100_000_000))
+            .collect();
+        let wanted = [
+            (23, 20),
+            (719, 20),
+            (751, 30),
+            (761, 9000),
+            (771, 600),
+            (741, -25),
+        ];
+        assert_eq!(found, wanted);
     }
 
     #[test]

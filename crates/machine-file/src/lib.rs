@@ -186,6 +186,22 @@ pub struct Axis {
     pub step_inverted: bool,
     /// The end at which it has its home; its bit in `$23` is set for `low`.
     pub home: End,
+    /// The machine position of its home switch, mm: `$740`, `$741`, …, and its bit in `$719`. As in
+    /// Grbl if it is left out: 0, or minus the travel.
+    #[schemars(with = "Option<f64>")]
+    pub home_place_mm: Option<Spanned<Place>>,
+    /// How far it goes off its switch, mm: `$750`, `$751`, …; `homing.pull_off_mm` if it is left
+    /// out.
+    #[schemars(with = "Option<f64>")]
+    pub home_pull_off_mm: Option<Spanned<Positive>>,
+    /// How fast it searches for its switch, mm/min: `$760`, `$761`, …; `homing.seek_mm_min` if it
+    /// is left out.
+    #[schemars(with = "Option<f64>")]
+    pub home_seek_mm_min: Option<Spanned<Positive>>,
+    /// How fast it locates its switch, mm/min: `$770`, `$771`, …; `homing.feed_mm_min` if it is
+    /// left out.
+    #[schemars(with = "Option<f64>")]
+    pub home_feed_mm_min: Option<Spanned<Positive>>,
     /// The carriage's place at power-up, mm.
     pub start: Place,
     /// The places of its limit switches.

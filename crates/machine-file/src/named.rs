@@ -92,6 +92,8 @@ tables! {
     Bounds "bounds" {
         /// Motion beyond the travel is refused: `$20`.
         soft: bool as "Option<bool>" = SoftLimits;
+        /// With soft limits, a jog beyond the travel ends there: `$715`.
+        jogs_end: bool as "Option<bool>" = JogsEnd;
         /// A limit switch stops motion: `$21`.
         hard: bool as "Option<bool>" = HardLimits;
         /// How long a switch keeps a new level before it counts, us: `$706`.
@@ -109,6 +111,10 @@ tables! {
         grbl_corners: bool as "Option<bool>" = GrblCorners;
         /// How fast the acceleration may change, mm/s3; 0 for no limit: `$705`.
         jerk_mm_s3: f64 as "Option<f64>" = Jerk;
+        /// How much farther from an arc's centre one end may be than the other, mm: `$713`.
+        arc_mismatch_mm: f64 as "Option<f64>" = ArcMismatch;
+        /// The same as a share of the radius, %: `$714`.
+        arc_mismatch_percent: f64 as "Option<f64>" = ArcMismatchShare;
         /// How far G73 goes back after a peck, mm: `$711`.
         peck_clearance_mm: f64 as "Option<f64>" = PeckClearance;
     }
@@ -120,6 +126,12 @@ tables! {
         min_rpm: f64 as "Option<f64>" = MinSpeed;
         /// How long motion waits for the spindle after a hold in which it was stopped, s: `$712`.
         spin_up_s: f64 as "Option<f64>" = SpinUp;
+        /// How long the program waits after a spindle starts or is reversed, s: `$716`.
+        run_up_s: f64 as "Option<f64>" = SpindleRunUp;
+        /// How long it waits besides for each 1000/min by which the speed changes, s: `$717`.
+        run_up_s_by_1000_rpm: f64 as "Option<f64>" = SpindleRunUpBySpeed;
+        /// How long the program waits after a spindle stops, s: `$718`.
+        run_down_s: f64 as "Option<f64>" = SpindleRunDown;
     }
     /// A laser.
     Laser "laser" {
@@ -195,10 +207,11 @@ mod tests {
 
     /// Masks are made from the keys of each axis. The level of the limit switches is made from the
     /// key for all switches.
-    const ELSEWHERE: [Setting; 4] = [
+    const ELSEWHERE: [Setting; 5] = [
         Setting::StepInvert,
         Setting::DirectionInvert,
         Setting::HomingDirection,
+        Setting::OwnHomes,
         Setting::LimitInvert,
     ];
 

@@ -10,7 +10,8 @@
 //! the corner rule that a machine has from the start. A third argument `grbl` takes Grbl's.
 
 use leadscrew_machine::interpreter::{
-    AxisKind, Command, Commands, Context, Dialect, Feed, Interpreter, OwnCodes, ToolTable, MAX_WORD,
+    ArcMismatch, AxisKind, Command, Commands, Context, Dialect, Feed, Interpreter, OwnCodes,
+    ToolTable, MAX_WORD,
 };
 use leadscrew_machine::protocol::line_reader::{LineReader, GRBL_LINE_LENGTH};
 use leadscrew_planner::StepsPerMm;
@@ -79,6 +80,7 @@ fn plan_line(bytes: &[u8], interpreter: &mut Interpreter<AXES>, queue: &mut Queu
         laser_mode: true,
         soft_limits: false,
         reach: &[MAX_WORD; AXES],
+        arcs: ArcMismatch::GRBL,
         own: OwnCodes::NONE,
         tools: ToolTable::NONE,
     };

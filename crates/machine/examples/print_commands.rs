@@ -13,7 +13,8 @@
 //! here.
 
 use leadscrew_machine::interpreter::{
-    AxisKind, Commands, Context, Dialect, Fault, Interpreter, OwnCodes, ToolTable, MAX_WORD,
+    ArcMismatch, AxisKind, Commands, Context, Dialect, Fault, Interpreter, OwnCodes, ToolTable,
+    MAX_WORD,
 };
 use leadscrew_machine::protocol::line_reader::{raw_column, LineReader, GRBL_LINE_LENGTH};
 use std::io::{self, Read, Write};
@@ -53,6 +54,7 @@ fn answer(interpreter: &mut Interpreter<3>, raw: &[u8]) -> String {
         laser_mode: false,
         soft_limits: false,
         reach: &[MAX_WORD; 3],
+        arcs: ArcMismatch::GRBL,
         own: OwnCodes::NONE,
         tools: ToolTable::NONE,
     };

@@ -2,8 +2,9 @@
 //! inputs.
 
 use crate::board::Board;
-use crate::derived::{counts, pacing, planner_config, port_config, reach, spindle_scale, travel};
+use crate::derived::{counts, pacing, planner_config, port_config, reach, spindle_scale};
 use crate::extension::Extension;
+use crate::home;
 use crate::inputs::InputConfig;
 use crate::machine::Machine;
 use crate::settings::table::Setting;
@@ -20,7 +21,7 @@ where
         self.look_at_limits(board);
         let settings = &self.settings;
         self.motion.reach = reach(settings);
-        self.motion.travel = travel(settings, &self.motion.reach);
+        self.motion.bounds = home::bounds(settings, &self.motion.reach);
         self.switches.inputs.configure(&self.input_config());
         let laser = settings.is_on(Setting::Laser);
         let another_tool = laser != self.tool.spindle.is_laser();

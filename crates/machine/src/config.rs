@@ -9,7 +9,7 @@ use crate::settings::values::{Entry, Settings};
 use crate::step_timing::StepTiming;
 use core::cmp::Ordering;
 use leadscrew_gcode::Number;
-use leadscrew_interpreter::{Context, OwnCodes, ToolTable};
+use leadscrew_interpreter::{ArcMismatch, Context, OwnCodes, ToolTable};
 use leadscrew_planner::{Coordinate, PixelQueue, Queue, SmallQueue, USUAL_BLOCKS};
 
 pub use crate::segment_queue::{SegmentQueue, SegmentSender, SEGMENTS};
@@ -307,6 +307,10 @@ impl<const AXES: usize> MachineConfig<AXES> {
             laser_mode: settings.is_on(Setting::Laser),
             soft_limits: settings.is_on(Setting::SoftLimits),
             reach,
+            arcs: ArcMismatch {
+                length: settings.value(Setting::ArcMismatch),
+                percent: settings.value(Setting::ArcMismatchShare),
+            },
             own,
             tools: ToolTable::NONE,
         }

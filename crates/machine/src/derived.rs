@@ -83,20 +83,6 @@ pub(crate) fn spindle_scale<const AXES: usize>(settings: &Settings<AXES>) -> Spi
     }
 }
 
-/// The travel of each axis: `$130` and up, but no more than `reach`. So places whose steps cannot
-/// be counted are outside the travel, too.
-pub(crate) fn travel<const AXES: usize>(
-    settings: &Settings<AXES>,
-    reach: &[Coordinate; AXES],
-) -> [Coordinate; AXES] {
-    let travels = settings.axes(AxisSetting::Travel);
-    from_fn(|axis| {
-        let travel = travels.get(axis).map_or(0, |travel| travel.nanos());
-        let reach = reach.get(axis).copied().unwrap_or_default();
-        Coordinate::from_nanos(travel).min(reach)
-    })
-}
-
 /// The distance that an axis may go to either side so that its steps, and the steps of any move,
 /// fit 32 bits: 2³⁰ steps.
 pub(crate) fn reach<const AXES: usize>(settings: &Settings<AXES>) -> [Coordinate; AXES] {

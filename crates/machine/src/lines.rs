@@ -10,11 +10,13 @@ use crate::interpreter::{
 use crate::machine::{LineFault, Machine};
 use crate::program::startup::Turn;
 use crate::program::Probed;
+use crate::protocol::decimal::Decimal;
 use crate::protocol::message::Message;
 use crate::protocol::status::Status;
 use crate::protocol::system_command::{SystemCommand, STARTUP_LINES};
 use crate::settings::table::Setting;
 use crate::state::State;
+use leadscrew_gcode::Number;
 use leadscrew_planner::Kinematics;
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
@@ -252,9 +254,17 @@ where
             });
         }
         let unknown = X::IN_USE && matches!(fault.status, Status::Own(_));
+        let apart = self.program.interpreter.take_mismatch();
         if unknown || self.settings.is_on(Setting::FaultTexts) {
             let text = self.error_text(fault.status);
-            self.console.say(format_args!("[MSG:{text}]"));
+            match apart {
+                None => self.console.say(format_args!("[MSG:{text}]")),
+                Some(apart) => {
+                    let apart = Decimal::millimetres(Number::from_nanos(apart.nanos()));
+                    let args = format_args!("[MSG:{text}: radii of the arc differ by {apart} mm]");
+                    self.console.say(args);
+                }
+            }
         }
         self.answer(origin, Err(fault.status));
     }

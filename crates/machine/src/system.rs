@@ -263,12 +263,15 @@ where
         let Some(mut jog) = self.program.interpreter.jog(line, &context)? else {
             return Ok(Reply::Now);
         };
-        let target = jog.travel.target;
-        if self.settings.is_on(Setting::SoftLimits)
-            && !soft_limits::allow(&target, &self.motion.travel, &self.config.axes)
-        {
-            return Err(Status::JogOutOfTravel.into());
+        if !self.is_within_travel(&jog.travel.target) {
+            if !self.settings.is_on(Setting::JogsEnd) {
+                return Err(Status::JogOutOfTravel.into());
+            }
+            let from = self.program.interpreter.position();
+            let (ends, axes) = (&self.motion.bounds, &self.config.axes);
+            soft_limits::clip(&mut jog.travel.target, from, ends, axes);
         }
+        let target = jog.travel.target;
         let channel = self.console.channel(id);
         if channel.is_some_and(|channel| channel.is_jog_cancelled()) {
             return Ok(Reply::Now);

@@ -8,6 +8,7 @@ mod homing;
 mod impossible;
 mod linuxcnc;
 mod nonsense;
+mod owners;
 mod reports;
 mod rotary;
 mod rules;

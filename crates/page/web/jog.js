@@ -21,7 +21,7 @@ const KEYS = {ArrowLeft: "X-", ArrowRight: "X+", ArrowUp: "Y+", ArrowDown: "Y-",
  * @typedef {object} Hands
  * @property {(line: string) => void} say
  * @property {(byte: number) => void} press
- * @property {() => {position: number[], travel: number[], softLimits: boolean}} machine
+ * @property {() => {position: number[], travel: {low: number[], high: number[]}, softLimits: boolean}} machine
  */
 
 export class Jog {
@@ -92,8 +92,9 @@ export class Jog {
     }
     this.#held = way;
     const {position, travel, softLimits} = this.hands.machine();
-    const room = sign > 0 ? -position[axis] : (travel[axis] ?? 0) + position[axis];
-    const way_ = softLimits ? Math.max(room - 0.01, 0) : Math.max(travel[axis] ?? 0, 100);
+    const [low, high] = [travel.low[axis], travel.high[axis]];
+    const room = sign > 0 ? high - position[axis] : position[axis] - low;
+    const way_ = softLimits ? Math.max(room - 0.01, 0) : Math.max(high - low, 100);
     if (way_ > 0.001) this.hands.say(`$J=G91G21${way[0]}${(sign * way_).toFixed(3)}F${feed}`);
   }
 

@@ -74,7 +74,7 @@ const picture = new Picture({
 const sender = new Sender({send: (text) => link.send(TO.WIRE, text), answered});
 const jog = new Jog({
   say: (line) => command(line, false), press,
-  machine: () => ({position: state?.position ?? [], travel: [...settings.travel, settings.value(133)], softLimits: settings.hasSoftLimits}),
+  machine: () => ({position: state?.position ?? [], travel: settings.travel, softLimits: settings.hasSoftLimits}),
 });
 
 /** What each frame brings. @type {Record<number, (content: any) => void>} */

@@ -51,7 +51,7 @@ function show(seconds) {
   const position = [from.x + (to.x - from.x) * part, from.y + (to.y - from.y) * part, from.z + (to.z - from.z) * part];
   const isCut = to.kind === 1 && !isOver;
   view.shown = {
-    job: path, trace: path, done: isOver ? path.count : move, position, offset: [0, 0, 0], zero: [0, 0, 0], travel: [0, 0, 0], softLimits: true,
+    job: path, trace: path, done: isOver ? path.count : move, position, offset: [0, 0, 0], zero: [0, 0, 0], travel: {low: [0, 0, 0], high: [0, 0, 0]}, softLimits: true,
     laser: facts.laser, power: facts.laser && isCut ? to.power : 0, running: true, travels: showsTravels,
   };
   view.touch();

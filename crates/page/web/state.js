@@ -144,8 +144,17 @@ export class Settings {
     return this.value(13) ? INCH : MM;
   }
 
-  /** Travel of X, Y, Z in mm. */
+  /**
+   * The ends of the travel of X, Y, Z and a fourth axis, machine position in mm: from minus the travel to 0, or with the home
+   * switch at a place of its own.
+   */
   get travel() {
-    return [130, 131, 132].map((number) => this.value(number));
+    const [own, negative] = [719, 23].map((number) => this.value(number));
+    const travels = [130, 131, 132, 133].map((number) => this.value(number));
+    const high = travels.map((travel, axis) => {
+      const place = own >> axis & 1 ? this.value(740 + axis) : 0;
+      return own >> axis & 1 && negative >> axis & 1 ? place + travel : place;
+    });
+    return {low: high.map((end, axis) => end - travels[axis]), high};
   }
 }

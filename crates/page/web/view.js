@@ -19,7 +19,7 @@ import {Strokes} from "strokes";
  * @property {number[]} position of the carriage, machine coordinates
  * @property {number[]} offset of work zero
  * @property {number[]} zero where the job has its own zero, machine coordinates
- * @property {number[]} travel of the axes; they go from -travel to 0
+ * @property {{low: number[], high: number[]}} travel the ends of the axes' travel, machine position
  * @property {boolean} softLimits
  * @property {boolean} laser
  * @property {number} power share of full power now
@@ -443,8 +443,8 @@ function unitOf(shown) {
 
 /** @param {Shown} shown @returns {Box} */
 function travelBox(shown) {
-  const [x, y, z] = shown.travel;
-  return {low: [-x, -y, -z], high: [0, 0, 0]};
+  const corner = (/** @type {number[]} */ [x, y, z]) => /** @type {[number, number, number]} */ ([x, y, z]);
+  return {low: corner(shown.travel.low), high: corner(shown.travel.high)};
 }
 
 /** @param {Box} box */

@@ -5,7 +5,8 @@ mod common;
 
 use common::run;
 use leadscrew_interpreter::{
-    AxisKind, Command, Commands, Context, Dialect, Feed, Interpreter, OwnCodes, ToolTable, MAX_WORD,
+    ArcMismatch, AxisKind, Command, Commands, Context, Dialect, Feed, Interpreter, OwnCodes,
+    ToolTable, MAX_WORD,
 };
 use std::{env, fs};
 
@@ -60,6 +61,7 @@ fn events(program: &str) -> Vec<Event> {
         laser_mode: false,
         soft_limits: false,
         reach: &[MAX_WORD; 3],
+        arcs: ArcMismatch::GRBL,
         own: OwnCodes::NONE,
         tools: ToolTable::NONE,
     };

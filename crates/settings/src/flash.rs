@@ -28,7 +28,8 @@ pub trait SettingsStore {
     /// Why an access failed.
     type Error: core::fmt::Debug;
 
-    /// Returns the size of each area in bytes, at least 1024 and a multiple of 4.
+    /// Returns the size of each area in bytes, at least 1024 and a multiple of 4. No more
+    /// than the first 256 KiB of an area are used.
     fn size(&self) -> usize;
 
     /// Reads `bytes` from `offset` on. Bytes that were not written since the erase read as 0xFF.

@@ -14,12 +14,32 @@ const MAX_KEYS: usize = MAX_RECORDS + 32;
 /// The newest record of each key.
 pub(super) type Index = Vec<Place, MAX_KEYS>;
 
-/// The place of a key's newest record.
+/// The place of a key's newest record, in 4 bytes: a machine has some 180 of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Place {
     pub(super) code: u16,
-    pub(super) length: u8,
-    pub(super) offset: usize,
+    /// The record's distance from the beginning of the area, in units of 4 bytes.
+    words: u16,
+}
+
+impl Place {
+    /// The record begins at `offset`, a multiple of 4 that is less than [`LARGEST`].
+    pub(super) fn new(code: u16, offset: usize) -> Self {
+        let words = (offset / 4) as u16; // fits, as `size` is no more than `LARGEST`
+        Self { code, words }
+    }
+
+    pub(super) fn offset(self) -> usize {
+        usize::from(self.words) * 4
+    }
+}
+
+/// No more of an area is used, in bytes: see [`Place`].
+const LARGEST: usize = 1 << 18;
+
+/// How much of an area is used, in bytes.
+pub(super) fn size<S: SettingsStore>(flash: &S) -> usize {
+    flash.size().min(LARGEST)
 }
 
 /// How the records of an area end.
@@ -89,18 +109,13 @@ impl Scan {
         header: RecordHeader,
         sequence: u32,
     ) -> Result<(), S::Error> {
-        let RecordHeader { code, length } = header;
-        let place = Place {
-            code,
-            length,
-            offset: self.end,
-        };
+        let place = Place::new(header.code, self.end);
         self.end += header.size();
         if read_payload(flash, area, place)?.is_none() {
             self.spoil(flash, area, self.end - 1)?;
-        } else if code == COMMIT {
+        } else if header.code == COMMIT {
             self.area = AreaState::Committed { sequence };
-        } else if !note(&mut self.index, place) {
+        } else if !note(&mut self.index, place, header.length) {
             self.tail = Tail::Damaged;
         }
         Ok(())
@@ -139,11 +154,11 @@ pub(super) fn scan<S: SettingsStore>(flash: &mut S, area: Area) -> Result<Scan, 
         AreaHeader::Invalid => return Ok(Scan::empty(AreaState::Unfinished)),
     };
     let mut scan = Scan::empty(AreaState::Unfinished);
-    while scan.end + OVERHEAD <= flash.size() {
+    while scan.end + OVERHEAD <= size(flash) {
         let mut bytes = [0; RECORD_HEADER];
         flash.read(area, scan.end, &mut bytes)?;
         match RecordHeader::read(bytes) {
-            Some(header) if scan.end + header.size() <= flash.size() => {
+            Some(header) if scan.end + header.size() <= size(flash) => {
                 scan.step(flash, area, header, sequence)?
             }
             Some(_) | None => {
@@ -163,7 +178,7 @@ pub(super) fn scan<S: SettingsStore>(flash: &mut S, area: Area) -> Result<Scan, 
         scan.area = AreaState::Prepared { sequence };
     }
     if scan.tail != Tail::Clean {
-        scan.end = flash.size(); // nothing may be appended behind a bad record
+        scan.end = size(flash); // nothing may be appended behind a bad record
     }
     Ok(scan)
 }
@@ -174,15 +189,17 @@ pub(super) fn read_payload<S: SettingsStore>(
     area: Area,
     place: Place,
 ) -> Result<Option<Payload>, S::Error> {
-    let header = RecordHeader {
-        code: place.code,
-        length: place.length,
+    let mut header = [0; RECORD_HEADER];
+    flash.read(area, place.offset(), &mut header)?;
+    let header = RecordHeader::read(header).filter(|header| header.code == place.code);
+    let Some(header) = header else {
+        return Ok(None);
     };
     let mut buffer = [0; MAX_PAYLOAD + 4];
     let Some(body) = buffer.get_mut(..header.size() - RECORD_HEADER) else {
         return Ok(None);
     };
-    flash.read(area, place.offset + RECORD_HEADER, body)?;
+    flash.read(area, place.offset() + RECORD_HEADER, body)?;
     let payload = header.payload(body);
     Ok(payload.and_then(|payload| Payload::from_slice(payload).ok()))
 }
@@ -190,8 +207,8 @@ pub(super) fn read_payload<S: SettingsStore>(
 /// Returns whether nothing was written from `offset` to the end of the area.
 fn is_erased<S: SettingsStore>(flash: &mut S, area: Area, offset: usize) -> Result<bool, S::Error> {
     let mut buffer = [0; 32];
-    for start in (offset..flash.size()).step_by(buffer.len()) {
-        let length = buffer.len().min(flash.size() - start);
+    for start in (offset..size(flash)).step_by(buffer.len()) {
+        let length = buffer.len().min(size(flash) - start);
         let Some(chunk) = buffer.get_mut(..length) else {
             return Ok(false);
         };
@@ -203,9 +220,9 @@ fn is_erased<S: SettingsStore>(flash: &mut S, area: Area, offset: usize) -> Resu
     Ok(true)
 }
 
-/// Notes where the newest record of a key is; an empty record removes the key. Returns whether
-/// there was room.
-pub(super) fn note(index: &mut Index, place: Place) -> bool {
+/// Notes where the newest record of a key is; a record without payload (`length` is 0) removes the
+/// key. Returns whether there was room.
+pub(super) fn note(index: &mut Index, place: Place, length: u8) -> bool {
     index.retain(|old| old.code != place.code);
-    place.length == 0 || index.push(place).is_ok()
+    length == 0 || index.push(place).is_ok()
 }

@@ -24,7 +24,7 @@ use super::flash::{Area, SettingsStore};
 use super::record::{
     area_header, record, Payload, RecordKey, AREA_HEADER, COMMIT, MAX_PAYLOAD, OVERHEAD,
 };
-use super::scan::{note, read_payload, scan, AreaState, Index, Place, Scan, Tail};
+use super::scan::{note, read_payload, scan, size, AreaState, Index, Place, Scan, Tail};
 use core::fmt;
 
 /// The condition of the store at power-up.
@@ -132,7 +132,7 @@ impl Records {
             Area::First => (first, second),
             Area::Second => (second, first),
         };
-        Ok(Self::with(newest, scan, &other, flash.size()))
+        Ok(Self::with(newest, scan, &other, size(flash)))
     }
 
     /// Reads the value of a key; `None` if the key has no value, or if its record has become
@@ -191,14 +191,7 @@ impl Records {
             return Ok(Written::Part);
         };
         let length = value.len() as u8; // at most MAX_PAYLOAD
-        note(
-            &mut self.index,
-            Place {
-                code: key.code(),
-                length,
-                offset,
-            },
-        );
+        note(&mut self.index, Place::new(key.code(), offset), length);
         Ok(Written::All)
     }
 
@@ -217,7 +210,7 @@ impl Records {
         flash.read(active.area, active.end, begun)?;
         let same = record.starts_with(begun);
         if !same {
-            (active.end, active.begun) = (flash.size(), 0);
+            (active.end, active.begun) = (size(flash), 0);
         }
         Ok(same)
     }
@@ -372,7 +365,7 @@ impl Records {
 
     fn room<S: SettingsStore>(&self, flash: &S) -> usize {
         self.active
-            .map_or(0, |active| flash.size().saturating_sub(active.end))
+            .map_or(0, |active| size(flash).saturating_sub(active.end))
     }
 
     /// Appends a record, or a part of it ([`AT_ONCE`]); returns the record's offset once all of it
@@ -386,7 +379,7 @@ impl Records {
         let (offset, begun) = (active.end, active.begun);
         let rest = record.get(begun..).unwrap_or(&[]);
         let part = rest.get(..AT_ONCE).unwrap_or(rest);
-        (active.end, active.begun) = (flash.size(), 0);
+        (active.end, active.begun) = (size(flash), 0);
         write_faithfully(flash, active.area, offset + begun, part)?;
         if part.len() < rest.len() {
             (active.end, active.begun) = (offset, begun + part.len());
@@ -413,9 +406,9 @@ impl Copy {
         place: Place,
     ) -> Result<(), StoreError<S::Error>> {
         if let Some(payload) = read_payload(flash, from, place)? {
-            let offset = self.end;
+            let copy = Place::new(place.code, self.end);
             self.append(flash, place.code, &payload)?;
-            note(&mut self.index, Place { offset, ..place });
+            note(&mut self.index, copy, payload.len() as u8); // at most MAX_PAYLOAD
         }
         Ok(())
     }
@@ -427,7 +420,7 @@ impl Copy {
         payload: &[u8],
     ) -> Result<(), StoreError<S::Error>> {
         let record = record(code, payload).ok_or(StoreError::TooLong)?;
-        if flash.size().saturating_sub(self.end) < record.len() {
+        if size(flash).saturating_sub(self.end) < record.len() {
             return Err(StoreError::Full);
         }
         write_faithfully(flash, self.area, self.end, &record)?;

@@ -162,7 +162,7 @@ fn a_damaged_record_costs_its_own_value_only() {
     write(&mut records, &mut flash, RecordKey::Setting(1), &[1; 8]).unwrap();
     write(&mut records, &mut flash, RecordKey::Setting(2), &[2; 8]).unwrap();
     let place = records.place(1).unwrap();
-    flash.areas[0][place.offset + RECORD_HEADER] ^= 4;
+    flash.areas[0][place.offset() + RECORD_HEADER] ^= 4;
     let (records, condition) = mounted(&mut flash);
     assert_eq!(condition, Condition::Damaged);
     assert_eq!(value(&records, &mut flash, 1), b"");

@@ -81,8 +81,41 @@ pub struct Row {
     pub listed: bool,
 }
 
+/// A [`Row`] as it lies in flash: what follows from something else is left out, and rows share their
+/// units and kinds. Code that makes rows takes 40 bytes for each.
+struct Written {
+    number: u16,
+    name: &'static str,
+    unit: &'static &'static str,
+    #[cfg(feature = "descriptions")]
+    description: &'static str,
+    group: Group,
+    kind: &'static Kind,
+    /// In 10⁻³.
+    default: i32,
+}
+
+impl Written {
+    #[inline(never)]
+    const fn row(&self) -> Row {
+        Row {
+            number: self.number,
+            name: self.name,
+            unit: self.unit,
+            #[cfg(feature = "descriptions")]
+            description: self.description,
+            #[cfg(not(feature = "descriptions"))]
+            description: self.name,
+            group: self.group,
+            kind: *self.kind,
+            default: Number::from_nanos(self.default as i64 * 1_000_000),
+            listed: self.number < OWN,
+        }
+    }
+}
+
 macro_rules! rows {
-    ($(#[$meta:meta])* $name:ident, $listed:literal {
+    ($(#[$meta:meta])* $name:ident {
         $($variant:ident = $number:literal, $group:ident, $kind:expr, $default:literal, $title:literal, $unit:literal, $description:literal;)*
     }) => {
         $(#[$meta])*
@@ -97,21 +130,21 @@ macro_rules! rows {
             pub const ALL: &'static [Self] = &[$(Self::$variant),*];
 
             /// Returns the row. The table writes defaults in 10⁻³, the row has the exact number.
-            #[inline(never)] // inlined, a record of four motors takes 348 bytes more
             pub const fn row(self) -> Row {
+                self.written().row()
+            }
+
+            const fn written(self) -> &'static Written {
                 match self {
-                    $(Self::$variant => Row {
+                    $(Self::$variant => &Written {
                         number: $number,
                         name: $title,
-                        unit: $unit,
-                        description: match cfg!(feature = "descriptions") {
-                            true => $description,
-                            false => $title,
-                        },
+                        unit: &$unit,
+                        #[cfg(feature = "descriptions")]
+                        description: $description,
                         group: Group::$group,
-                        kind: $kind,
-                        default: Number::from_nanos($default * 1_000_000),
-                        listed: $listed || $number < OWN,
+                        kind: &$kind,
+                        default: $default,
                     },)*
                 }
             }
@@ -121,7 +154,7 @@ macro_rules! rows {
 
 rows! {
     /// Settings that the machine has once. Defaults are in thousandths.
-    Setting, false {
+    Setting {
         StepPulse = 0, Motors, BYTE, 10_000, "Step pulse", "us",
             "Length of a step pulse. The board says how short it may be; 3 in Grbl.";
         IdleDelay = 1, Motors, BYTE, 25_000, "Motor idle delay", "ms",
@@ -190,6 +223,20 @@ rows! {
             "How far G73 goes back after a peck, and how far above the last bottom G83 begins to feed again.";
         SpinUp = 712, Tool, DECIMAL, 4_000, "Spindle spin-up", "s",
             "After a hold in which 0x9E has stopped the spindle, motion waits for so long until it is up to speed; 0 for no wait.";
+        ArcMismatch = 713, Motion, DECIMAL, 5, "Arc mismatch", "mm",
+            "How much farther from an arc's centre one end may be than the other. Beyond 0.005 mm and 0.1 % of the radius the centre is moved to fit.";
+        ArcMismatchShare = 714, Motion, DECIMAL, 100, "Arc mismatch share", "%",
+            "The same as a share of the radius, up to 0.5 mm.";
+        JogsEnd = 715, Switches, Kind::Switch, 0, "Jogs end at travel", "",
+            "With soft limits, a jog beyond the travel ends there; 0 refuses it.";
+        SpindleRunUp = 716, Tool, DECIMAL, 0, "Spindle run-up", "s",
+            "After M3 or M4 starts or reverses a spindle, the program waits for so long.";
+        SpindleRunUpBySpeed = 717, Tool, DECIMAL, 0, "Spindle run-up by speed", "s",
+            "The program waits for so long for each 1000/min by which M3, M4 or S changes the speed.";
+        SpindleRunDown = 718, Tool, DECIMAL, 0, "Spindle run-down", "s",
+            "After M5, and before a spindle is reversed, the program waits for so long.";
+        OwnHomes = 719, Homing, Kind::AxisMask, 0, "Home place set", "mask",
+            "These axes have their switch at the machine position of $740 and up; others as in Grbl.";
         SpindleSilence = 720, Silence, SECONDS, 0, "Spindle dead-man", "s",
             "Stops a spindle that turns at rest, in a hold, when its sender has been silent for so long; 0 for never.";
         CoolantSilence = 721, Silence, SECONDS, 0, "Coolant dead-man", "s",
@@ -214,7 +261,7 @@ rows! {
 rows! {
     /// Settings of each axis: the number of the first axis, and those after it. Defaults are in
     /// thousandths.
-    AxisSetting, true {
+    AxisSetting {
         StepsPerMm = 100, Axes, POSITIVE, 250_000, "Steps per millimetre", "step/mm",
             "Motor steps for a millimetre, or a degree.";
         MaxRate = 110, Axes, POSITIVE, 500_000, "Maximum rate", "mm/min",
@@ -223,6 +270,14 @@ rows! {
             "How quickly the axis changes speed.";
         Travel = 130, Axes, DECIMAL, 200_000, "Travel", "mm",
             "How far the axis goes from its home, for soft limits and homing.";
+        HomePlace = 740, Axes, Kind::Signed { most: 1_000_000 }, 0, "Home place", "mm",
+            "Machine position of the switch, where $719 has the axis.";
+        PullOff = 750, Axes, DECIMAL, 0, "Pull-off", "mm",
+            "Way off the switch after homing; 0 for $27.";
+        HomeSeek = 760, Axes, DECIMAL, 0, "Home search seek", "mm/min",
+            "Speed that searches for the switch; 0 for $25.";
+        HomeFeed = 770, Axes, DECIMAL, 0, "Home locate feed", "mm/min",
+            "Speed that locates the switch; 0 for $24.";
     }
 }
 
@@ -251,13 +306,13 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_unique_and_groups_of_axes_ten_apart() {
+    fn numbers_are_unique_and_groups_of_axes_ten_apart_or_more() {
         let mut numbers: Vec<u16> = all().iter().map(|row| row.number).collect();
         numbers.sort_unstable();
         assert!(numbers.windows(2).all(|pair| pair[0] < pair[1]));
         assert!(AxisSetting::ALL
             .windows(2)
-            .all(|pair| pair[1].row().number - pair[0].row().number == 10));
+            .all(|pair| pair[1].row().number - pair[0].row().number >= 10));
     }
 
     #[test]

@@ -12,6 +12,6 @@ pub(crate) struct Caption {
     /// The S value of a laser's full power (`$30`), at the dark end of the scale; `None` if S is
     /// a spindle's speed.
     pub(crate) full_power_s: Option<f64>,
-    /// The travel of X and Y, mm, from -travel to 0; `None` if the path's place in it is not known.
-    pub(crate) travel: Option<[f32; 2]>,
+    /// The ends of the travel of X and Y, mm; `None` if the path's place in it is not known.
+    pub(crate) travel: Option<[[f32; 2]; 2]>,
 }

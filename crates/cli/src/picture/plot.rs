@@ -55,7 +55,7 @@ pub(super) struct Plot<'a> {
     pub(super) full_power_s: Option<f64>,
     /// What the tool does to the material.
     pub(super) work: &'static str,
-    travel: Option<[f32; 2]>,
+    travel: Option<[[f32; 2]; 2]>,
     /// The highest and the lowest Z of cuts, mm.
     pub(super) depth: [f32; 2],
     /// The heights of cuts at constant Z; empty if there are many.
@@ -325,10 +325,16 @@ impl<'a> Plot<'a> {
     /// The box of the travel, if the picture contains an edge of it.
     pub(super) fn travel_box(&self) -> Option<Rectangle> {
         let travel = self.travel.filter(|_| self.shows_travel())?;
-        let [[left, bottom], [right, top]] = [self.at(travel.map(|mm| -mm)), self.at([0.0; 2])];
+        let [[left, bottom], [right, top]] = self.corners(travel);
         let frame = rectangle(left, top, right - left, bottom - top, "none");
         let edged = frame.set("stroke", ink::travel_box());
         Some(edged.set("stroke-width", 2))
+    }
+
+    /// The places of the lowest and the highest corner of the travel, in pixels.
+    fn corners(&self, travel: [[f32; 2]; 2]) -> [[f64; 2]; 2] {
+        let [low, high] = [0, 1].map(|end| travel.map(|ends| ends[end]));
+        [self.at(low), self.at(high)]
     }
 
     /// Returns true if the picture contains an edge of the box of the travel.
@@ -336,7 +342,7 @@ impl<'a> Plot<'a> {
         let Some(travel) = self.travel else {
             return false;
         };
-        let [[left, bottom], [right, top]] = [self.at(travel.map(|mm| -mm)), self.at([0.0; 2])];
+        let [[left, bottom], [right, top]] = self.corners(travel);
         let across = [LEFT, LEFT + PLOT_WIDTH];
         let up = [self.frame.top, self.frame.bottom()];
         let meets = |low: f64, high: f64, [from, to]: [f64; 2]| low <= to && high >= from;

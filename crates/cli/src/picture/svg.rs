@@ -86,31 +86,34 @@ mod tests {
 
     #[test]
     fn the_travel_is_a_box_in_the_picture_unless_the_work_would_be_small() {
-        let boxed = |travel| {
-            let mut path = Toolpath::new([-90.0, -80.0, 0.0], true);
-            path.go([-30.0, -80.0, -1.0], StrokeKind::cut(0.0));
-            path.go([-30.0, -40.0, -1.0], StrokeKind::cut(0.0));
+        let boxed = |[low, high]: [f32; 2]| {
+            let place = f64::from(high);
+            let mut path = Toolpath::new([place - 90.0, place - 80.0, 0.0], true);
+            path.go([place - 30.0, place - 80.0, -1.0], StrokeKind::cut(0.0));
+            path.go([place - 30.0, place - 40.0, -1.0], StrokeKind::cut(0.0));
             let caption = Caption {
                 title: String::new(),
                 summary: String::new(),
                 work: "extruded",
                 full_power_s: None,
-                travel: Some([travel; 2]),
+                travel: Some([[low, high]; 2]),
             };
             draw(&path, &[], &caption).to_string()
         };
         // 100 mm and a margin of 4 % on each side are 640 pixels high.
         let side = (64_000.0_f64 / 1.08).round() / 100.0;
-        let near = boxed(100.0);
-        for part in [
-            "travel of the axes",
-            &format!("height=\"{side}\""),
-            "extruded at Z -1",
-            "X mm (extruded from -90 to -30)",
-        ] {
-            assert!(near.contains(part), "{part} in {near}");
+        for (ends, from, to) in [([-100.0, 0.0], -90, -30), ([0.0, 100.0], 10, 70)] {
+            let near = boxed(ends);
+            for part in [
+                "travel of the axes",
+                &format!("height=\"{side}\""),
+                "extruded at Z -1",
+                &format!("X mm (extruded from {from} to {to})"),
+            ] {
+                assert!(near.contains(part), "{part} in {near}");
+            }
         }
-        assert!(!boxed(1000.0).contains("travel of the axes"));
+        assert!(!boxed([-1000.0, 0.0]).contains("travel of the axes"));
     }
 
     #[test]

@@ -20,11 +20,12 @@ pub(super) struct Window {
 }
 
 impl Window {
-    /// The part to show of a path that has these holes, and of the travel of X and Y, -travel to 0.
-    pub(super) fn onto(path: &Toolpath, holes: &[Hole], travel: Option<[f32; 2]>) -> Self {
+    /// The part to show of a path that has these holes, and of the box between the ends of the travel of X
+    /// and Y.
+    pub(super) fn onto(path: &Toolpath, holes: &[Hole], travel: Option<[[f32; 2]; 2]>) -> Self {
         let [mut low, mut high] = path.bounds();
-        for (axis, travel) in travel.into_iter().flatten().enumerate() {
-            (low[axis], high[axis]) = (low[axis].min(-travel), high[axis].max(0.0));
+        for (axis, [begin, end]) in travel.into_iter().flatten().enumerate() {
+            (low[axis], high[axis]) = (low[axis].min(begin), high[axis].max(end));
         }
         let whole = Self {
             low,

@@ -2,7 +2,7 @@
 //! G80 (31), feed rate (22), arcs (26, 32, then R: 33, 34, or I, J, K: 35, 33), probing (26, 33).
 
 use super::{pick, Check, Path, AXIS_WORDS, CENTRE_WORDS, P, R};
-use crate::arc::{centre_from_radius, check_centre};
+use crate::arc::{centre_from_radius, fitted_centre};
 use crate::code::Letters;
 use crate::command::ArcShape;
 use crate::fault::Refusal;
@@ -95,7 +95,7 @@ impl<const AXES: usize> Check<'_, AXES> {
                 return Ok(Path::Straight);
             }
             true => self.centre_by_radius(travel, turn)?,
-            false => self.centre_by_offset(travel, plane)?,
+            false => self.centre_by_offset(travel, plane, turn)?,
         };
         Ok(Path::Arc(ArcShape {
             plane,
@@ -135,6 +135,7 @@ impl<const AXES: usize> Check<'_, AXES> {
         &mut self,
         travel: [Coordinate; 2],
         plane: Plane,
+        turn: Turn,
     ) -> Result<[Coordinate; 2], Refusal> {
         let in_plane = match plane {
             Plane::Xy => Letters::of(&[Letter::I, Letter::J]),
@@ -155,9 +156,10 @@ impl<const AXES: usize> Check<'_, AXES> {
             self.length(first, CENTRE_WORDS)?,
             self.length(second, CENTRE_WORDS)?,
         ];
-        check_centre(travel, centre)
-            .map_err(|status| Refusal::words(status, CENTRE_WORDS))
-            .map(|()| centre)
+        fitted_centre(travel, centre, turn, self.context.arcs).map_err(|apart| {
+            self.state.apart.note(apart);
+            Refusal::words(Status::InvalidTarget, CENTRE_WORDS)
+        })
     }
 
     /// A radius or an offset to a centre.

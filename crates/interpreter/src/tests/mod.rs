@@ -70,6 +70,7 @@ impl<const AXES: usize> Bench<AXES> {
             laser_mode: self.laser_mode,
             soft_limits: self.soft_limits,
             reach: &self.reach,
+            arcs: ArcMismatch::GRBL,
             own: OwnCodes::NONE,
             tools: match self.dialect.tools {
                 true => ToolTable::some(&length_of_tool),

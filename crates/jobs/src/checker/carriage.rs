@@ -3,7 +3,6 @@
 
 use super::{Checker, Finding, LineFaultKind};
 use leadscrew_machine::config::{AxisKind, AxisMask};
-use leadscrew_machine::home;
 use leadscrew_machine::settings::table::Setting;
 use leadscrew_planner::{Coordinate, StepsPerMm};
 use leadscrew_sim::profile::Room;
@@ -38,7 +37,7 @@ impl<const AXES: usize> Checker<AXES> {
 
     /// These axes have been homed: the machine counts from their switches.
     pub(super) fn home_carriages(&mut self, homed: AxisMask) {
-        let (travel, negative) = (self.travel(), self.settings.mask(Setting::HomingDirection));
+        let (ends, negative) = (self.bounds(), self.settings.mask(Setting::HomingDirection));
         for (axis, slot) in self.carriages.iter_mut().enumerate() {
             let Some(carriage) = slot.as_mut().filter(|_| homed >> axis & 1 == 1) else {
                 continue;
@@ -50,7 +49,7 @@ impl<const AXES: usize> Checker<AXES> {
             };
             match switch {
                 Some(switch) => {
-                    let counted = home::place(travel[axis], Coordinate::ZERO, is_low);
+                    let counted = ends[axis].place(Coordinate::ZERO, is_low);
                     carriage.zero = nanometres(switch) - counted;
                 }
                 None => *slot = None,

@@ -3,8 +3,9 @@
 
 use super::{Checker, Finding, LineFaultKind};
 use crate::remark::Remark;
+use leadscrew_gcode::Number;
 use leadscrew_machine::config::AxisKind;
-use leadscrew_machine::home;
+use leadscrew_machine::home::{self, Bounds};
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_planner::Coordinate;
 
@@ -109,15 +110,15 @@ impl<const AXES: usize> Checker<AXES> {
             .iter()
             .fold(0, |all, cycle| all | cycle);
         let negative = self.settings.mask(Setting::HomingDirection);
-        let travel = self.travel();
-        let pull_off = self.settings.value(Setting::HomingPullOff);
+        let ends = self.bounds();
         for (axis, letter) in self.letters.iter().enumerate() {
             let is_named = u8::try_from(*letter).is_ok_and(|letter| line.contains(&letter));
             if !is_named || homed >> axis & 1 == 0 {
                 continue;
             }
             let is_negative = negative >> axis & 1 == 1;
-            let switch = home::place(travel[axis], Coordinate::ZERO, is_negative);
+            let switch = ends[axis].place(Coordinate::ZERO, is_negative);
+            let pull_off = Number::from_nanos(home::pull_off(&self.settings, axis).nanos());
             let at = self.interpreter.position()[axis];
             let is_on_it = if is_negative {
                 at <= switch
@@ -127,19 +128,23 @@ impl<const AXES: usize> Checker<AXES> {
             if is_on_it {
                 let (letter, switch) = (*letter, switch.to_mm());
                 self.habits.note(Remark::OntoSwitch, || {
-                    format!("the switch of {letter} closes at machine position {switch:.3}; $H leaves it by $27={pull_off}")
+                    format!("the switch of {letter} closes at machine position {switch:.3}; $H leaves it by {pull_off} mm")
                 });
             }
         }
     }
 
     /// Returns the coordinates that count against the travel. Without soft limits and a known
-    /// origin only homed axes count; the others are 0, which lies within the travel.
-    pub(super) fn judged(&self, target: &[Coordinate; AXES]) -> [Coordinate; AXES] {
+    /// origin only homed axes count; the others are at an end, which lies within the travel.
+    pub(super) fn judged(
+        &self,
+        target: &[Coordinate; AXES],
+        ends: &[Bounds; AXES],
+    ) -> [Coordinate; AXES] {
         let counts_all = self.settings.is_on(Setting::SoftLimits) || self.travel_counts;
         std::array::from_fn(|axis| match counts_all || self.homed >> axis & 1 == 1 {
             true => target[axis],
-            false => Coordinate::ZERO,
+            false => ends[axis].high,
         })
     }
 }

@@ -3,7 +3,6 @@
 use super::{mm, refused, Checker, Finding, LineFaultKind};
 use crate::machine::{instead, TIMING};
 use leadscrew_machine::extension::{Call, Extension};
-use leadscrew_machine::home;
 use leadscrew_machine::interpreter::{
     Context, Fault as LineFault, Interpreter, OffsetId, Own as Codes, OwnCodes,
 };
@@ -13,6 +12,7 @@ use leadscrew_machine::protocol::system_command::{
 };
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::{checked, Entry};
+use leadscrew_machine::{home, soft_limits};
 use leadscrew_planner::{Coordinate, StepsPerMm};
 use leadscrew_sim::scene::StrokeKind;
 
@@ -121,7 +121,11 @@ impl<const AXES: usize> Checker<AXES> {
         let Some(jog) = jog.map_err(refused)? else {
             return Ok(());
         };
-        let target = jog.travel.target;
+        let mut target = jog.travel.target;
+        if self.settings.is_on(Setting::SoftLimits) && self.settings.is_on(Setting::JogsEnd) {
+            let (ends, from) = (self.bounds(), self.interpreter.position());
+            soft_limits::clip(&mut target, from, &ends, &self.config.axes);
+        }
         let outside = |(_, detail)| {
             let fault = Status::JogOutOfTravel.into();
             (LineFaultKind::Refused(fault), detail)
@@ -254,13 +258,14 @@ impl<const AXES: usize> Checker<AXES> {
             Homing::All => cycles.fold(0, |all, cycle| all | cycle),
             Homing::Axis(axis) => 1 << axis,
         };
-        let pull_off = self.settings.value(Setting::HomingPullOff).nanos();
-        let pull_off = Coordinate::from_nanos(pull_off);
+        let ends = self.bounds();
         let negative = self.settings.mask(Setting::HomingDirection);
         let mut position = *self.interpreter.position();
-        for (axis, (place, travel)) in position.iter_mut().zip(self.travel()).enumerate() {
+        for (axis, place) in position.iter_mut().enumerate() {
             if mask >> axis & 1 == 1 {
-                *place = home::place(travel, pull_off, negative >> axis & 1 == 1);
+                let pull_off = home::pull_off(&self.settings, axis);
+                let is_negative = negative >> axis & 1 == 1;
+                *place = ends[axis].place(pull_off, is_negative);
             }
         }
         self.interpreter.set_position(position);

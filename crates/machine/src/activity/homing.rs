@@ -44,7 +44,7 @@ use crate::inputs::{with_sharing, InputConfig};
 use crate::machine::Machine;
 use crate::motion::own_feed;
 use crate::protocol::alarm::Alarm;
-use crate::settings::table::Setting;
+use crate::settings::table::{AxisSetting, Setting};
 use crate::state::State;
 use leadscrew_gcode::Number;
 use leadscrew_planner::{Coordinate, Kinematics, Move, MoveKind, MovePower, THREE_DECIMALS};
@@ -54,6 +54,10 @@ use leadscrew_stepper::{MotorMask, OutputChange};
 const SEARCH_TRAVELS: f32 = 1.5;
 /// The length of the second approach, in pull-off distances.
 const LOCATE_PULL_OFFS: f32 = 5.0;
+/// A rate of 0 is taken as this, mm/min.
+const SLOWEST: f32 = 0.001;
+/// A move without a way takes this, min.
+const SHORTEST: f32 = 1e-15;
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
@@ -157,43 +161,40 @@ where
     }
 
     fn homing_move(&self, phase: Phase, group: AxisMask) -> Move<AXES> {
-        let pull_off = self.settings.value(Setting::HomingPullOff).to_f32();
-        let (distance, rate) = match phase {
-            Phase::Search => (
-                SEARCH_TRAVELS * self.longest_travel(group),
-                self.settings.value(Setting::HomingSeek).to_f32(),
-            ),
-            Phase::Locate => (
-                LOCATE_PULL_OFFS * pull_off,
-                self.settings.value(Setting::HomingFeed).to_f32(),
-            ),
-            Phase::PullOff | Phase::FinalPullOff => {
-                (-pull_off, self.settings.value(Setting::HomingSeek).to_f32())
-            }
-            Phase::Offset => (
-                self.settings.value(Setting::SecondMotorOffset).to_f32(),
-                self.settings.value(Setting::HomingFeed).to_f32(),
-            ),
-        };
         let moving = match phase {
             Phase::Offset => self.dual_of(group).map_or(0, |dual| axis_bit(dual.axis)),
             Phase::Search | Phase::PullOff | Phase::Locate | Phase::FinalPullOff => group,
         };
+        // The time of the axis that takes longest, min.
+        let time = (0..AXES).filter(|axis| moving >> axis & 1 == 1);
+        let time = time.fold(SHORTEST, |time, axis| {
+            let way = self.homing_way(phase, group, axis).abs();
+            time.max(way / self.homing_rate(phase, axis))
+        });
         let mut target = self.motion.position();
+        let mut squares = 0.0;
         for (axis, target) in target.iter_mut().enumerate() {
-            if moving >> axis & 1 == 1 {
-                let way = Coordinate::from_mm(distance).unwrap_or_default();
-                *target = if self.homes_negative(axis) {
-                    *target - way
-                } else {
-                    *target + way
-                };
+            if moving >> axis & 1 == 0 {
+                continue;
             }
+            let way = match phase {
+                // All go on for that time, each at its own rate: the faster ones go farther than
+                // they have to.
+                Phase::Search | Phase::Locate => time * self.homing_rate(phase, axis),
+                Phase::PullOff | Phase::FinalPullOff | Phase::Offset => {
+                    self.homing_way(phase, group, axis)
+                }
+            };
+            squares += way * way;
+            let way = Coordinate::from_mm(way).unwrap_or_default();
+            *target = match self.homes_negative(axis) {
+                true => *target - way,
+                false => *target + way,
+            };
         }
-        let axes = moving.count_ones() as f32;
         Move {
             target,
-            feed: own_feed(rate * libm::sqrtf(axes)),
+            feed: own_feed(libm::sqrtf(squares) / time),
             power: MovePower::Off,
             curve: None,
             rounding: THREE_DECIMALS,
@@ -203,11 +204,37 @@ where
         }
     }
 
+    /// How far an axis goes in a phase at least, mm; back off its switch if negative.
+    fn homing_way(&self, phase: Phase, group: AxisMask, axis: usize) -> f32 {
+        let pull_off = home::pull_off(&self.settings, axis).to_mm();
+        match phase {
+            Phase::Search => SEARCH_TRAVELS * self.longest_travel(group),
+            Phase::Locate => LOCATE_PULL_OFFS * pull_off,
+            Phase::PullOff | Phase::FinalPullOff => -pull_off,
+            Phase::Offset => self.settings.value(Setting::SecondMotorOffset).to_f32(),
+        }
+    }
+
+    /// How fast an axis goes in a phase, mm/min.
+    fn homing_rate(&self, phase: Phase, axis: usize) -> f32 {
+        let (own, common) = match phase {
+            Phase::Search | Phase::PullOff | Phase::FinalPullOff => {
+                (AxisSetting::HomeSeek, Setting::HomingSeek)
+            }
+            Phase::Locate | Phase::Offset => (AxisSetting::HomeFeed, Setting::HomingFeed),
+        };
+        let rate = home::of_axis(&self.settings, own, common, axis);
+        rate.to_f32().max(SLOWEST)
+    }
+
     fn longest_travel(&self, group: AxisMask) -> f32 {
-        let travels = self.motion.travel.iter().enumerate();
-        travels
+        let bounds = self.motion.bounds.iter().enumerate();
+        bounds
             .filter(|(axis, _)| group >> axis & 1 == 1)
-            .fold(0.0, |longest, (_, travel)| travel.to_mm().max(longest))
+            .fold(Coordinate::ZERO, |longest, (_, of)| {
+                longest.max(of.travel())
+            })
+            .to_mm()
     }
 
     fn homes_negative(&self, axis: usize) -> bool {
@@ -252,8 +279,8 @@ where
         };
         let config = self.motion.config();
         let steps_per_mm = config.steps_per_mm.get(dual.axis);
-        let travel = self.motion.travel.get(dual.axis);
-        let travel = travel.map_or(0.0, |travel| travel.to_mm());
+        let bounds = self.motion.bounds.get(dual.axis);
+        let travel = bounds.map_or(0.0, |of| of.travel().to_mm());
         let allowed = self.config.squaring.allowance(travel)
             * steps_per_mm.map_or(0.0, |scale| scale.to_f32());
         first.wrapping_sub(*second).unsigned_abs() as f32 > allowed
@@ -289,11 +316,12 @@ where
 
     /// Sets the position of the axes of `group`: each is a pull-off away from its switch.
     fn set_home(&mut self, group: AxisMask) {
-        let pull_off = Coordinate::from_nanos(self.settings.value(Setting::HomingPullOff).nanos());
         let mut position = self.motion.position();
-        for (axis, (position, travel)) in position.iter_mut().zip(&self.motion.travel).enumerate() {
+        let ends = self.motion.bounds.iter();
+        for (axis, (position, ends)) in position.iter_mut().zip(ends).enumerate() {
             if group >> axis & 1 == 1 {
-                *position = home::place(*travel, pull_off, self.homes_negative(axis));
+                let pull_off = home::pull_off(&self.settings, axis);
+                *position = ends.place(pull_off, self.homes_negative(axis));
             }
         }
         self.motion.set_position(&position);

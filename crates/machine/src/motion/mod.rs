@@ -21,6 +21,7 @@ mod reserve;
 
 use crate::board::{Duration, Instant};
 use crate::config::{MoveQueues, SegmentSender, ASIDE_MOVES};
+use crate::home::Bounds;
 use feed::{Drivers, Feeder};
 use leadscrew_planner::{
     Ahead, Config, ConfigError, Coordinate, CornerRule, Curve, Feed, Kinematics, Move, Outline,
@@ -83,8 +84,8 @@ pub(crate) struct Motion<'a, K, const AXES: usize, const MOTORS: usize> {
     pub(crate) outputs: OutputChange,
     /// The end of the planned path, exactly.
     pub(crate) path_end: [Coordinate; AXES],
-    /// The travel of each axis: `$130` and up.
-    pub(crate) travel: [Coordinate; AXES],
+    /// The ends of each axis's travel.
+    pub(crate) bounds: [Bounds; AXES],
     /// The farthest places on both sides whose steps can be counted.
     pub(crate) reach: [Coordinate; AXES],
 }
@@ -140,7 +141,7 @@ where
             drivers: Drivers::default(),
             outputs: OutputChange::NONE,
             path_end: [Coordinate::ZERO; AXES],
-            travel: [Coordinate::ZERO; AXES],
+            bounds: [Bounds::NONE; AXES],
             reach: [Coordinate::ZERO; AXES],
         })
     }

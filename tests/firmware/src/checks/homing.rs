@@ -9,6 +9,11 @@ use std::array::from_fn;
 
 /// Homing in the positive directions, with a pull-off of 1 mm.
 const SETTINGS: &str = "$0=5\n$22=1\n$24=60\n$25=1200\n$26=20\n$27=1\n$100=250\n$101=250\n$102=250\n$110=2000\n$111=2000\n$112=2000\n$120=500\n$121=500\n$122=500\n";
+/// Zero where an owner wants it: the switches of X and Z are at -3 and 12, X goes 2 mm off its one.
+const OWN: &str = "$719=5\n$740=-3\n$742=12\n$750=2\n$760=600\n$770=30\n";
+/// Steps of the pull-offs then, and the report.
+const OWN_PULL_OFFS: [i64; 3] = [500, 250, 250];
+const OWN_PLACE: &str = "<Idle|MPos:-5.000,-1.000,11.000|";
 /// Steps from each switch at power-up, and steps of the pull-off.
 const AWAY: [i64; 3] = [700, 1300, 411];
 const PULL_OFF: i64 = 250;
@@ -65,15 +70,17 @@ impl<const MOTORS: usize> Carriages<MOTORS> {
     }
 }
 
-/// Homes carriages that are `away` steps from their switches. Returns where they are then, in steps
-/// beyond the switches.
+/// Homes carriages that are `away` steps from their switches, with `more` settings. Returns where
+/// they are then, in steps beyond the switches.
 fn home<const MOTORS: usize>(
     build: &Build,
     belts: Belts,
     away: [i64; MOTORS],
+    more: &str,
 ) -> Result<(Bench, [i64; MOTORS]), Failure> {
     let mut bench = Bench::boot(build)?;
     bench.commands(SETTINGS)?;
+    bench.commands(more)?;
     bench.pins.clear();
     let mut carriages = Carriages {
         belts,
@@ -104,7 +111,7 @@ pub(super) fn ensure_homes<const MOTORS: usize>(
     away: [i64; MOTORS],
     says: &str,
 ) -> Result<String, Failure> {
-    let (mut bench, position) = home(build, belts, away)?;
+    let (mut bench, position) = home(build, belts, away, "")?;
     let status = bench.status()?;
     let words = format!("{position:?} steps from the switches, {status}");
     let right = |((position, away), limit): ((&i64, i64), &Option<_>)| match limit {
@@ -113,6 +120,17 @@ pub(super) fn ensure_homes<const MOTORS: usize>(
     };
     let mut all = position.iter().zip(away).zip(build.wiring.limits);
     ensure(all.all(right) && status.starts_with(says), || words.clone())?;
+    Ok(words)
+}
+
+/// Homes with a zero, pull-offs and rates by axis.
+fn own_zero(build: &Build) -> Result<String, Failure> {
+    let (mut bench, position) = home(build, Belts::Straight, AWAY, OWN)?;
+    let status = bench.status()?;
+    let words = format!("{position:?} steps from the switches, {status}");
+    let mut all = position.iter().zip(OWN_PULL_OFFS);
+    let right = all.all(|(position, off)| (-off..=SLACK - off).contains(position));
+    ensure(right && status.starts_with(OWN_PLACE), || words.clone())?;
     Ok(words)
 }
 
@@ -125,5 +143,6 @@ pub(crate) fn homing(firmware: &Firmware) -> Result<Figures, Failure> {
     )?;
     let mut figures = Figures::default();
     figures.add("three axes", words);
+    figures.add("zero of the owner's", own_zero(firmware.build("usual")?)?);
     Ok(figures)
 }

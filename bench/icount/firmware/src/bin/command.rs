@@ -7,7 +7,8 @@ use core::hint::black_box;
 use icount_firmware::{count, done};
 use leadscrew_machine::{
     interpreter::{
-        AxisKind, Commands, Context, Dialect, Interpreter, OwnCodes, ToolTable, MAX_WORD,
+        ArcMismatch, AxisKind, Commands, Context, Dialect, Interpreter, OwnCodes, ToolTable,
+        MAX_WORD,
     },
     protocol::line_reader::{LineReader, GRBL_LINE_LENGTH},
 };
@@ -61,6 +62,7 @@ fn main() -> ! {
         laser_mode: false,
         soft_limits: false,
         reach: &[MAX_WORD; 3],
+        arcs: ArcMismatch::GRBL,
         own: OwnCodes::NONE,
         tools: ToolTable::NONE,
     };

@@ -24,6 +24,9 @@ use leadscrew_planner::{
 };
 use leadscrew_stepper::OutputChange;
 
+/// The longest time that a spindle takes, s: an hour.
+const LONGEST_RUN: f32 = 3_600.0;
+
 /// Commands carried out in one poll: bounds its time.
 const COMMANDS_A_POLL: usize = 4;
 
@@ -82,7 +85,7 @@ where
             Command::Cycle { travel, cycle } => self.perform_cycle(&travel, &cycle, board, now),
             Command::Probe { travel, kind } => self.perform_probe(&travel, kind, board, now),
             Command::Dwell(seconds) => self.perform_dwell(seconds, now),
-            Command::Spindle(spindle) => self.perform_spindle(&spindle),
+            Command::Spindle(spindle) => self.perform_spindle(&spindle, now),
             Command::Coolant(coolant) => self.perform_coolant(coolant, board),
             Command::StoreOffset { id, value: _ } => self.perform_store(id),
             Command::StoreTool { tool, length } => self.perform_store_tool(tool, length),
@@ -308,9 +311,10 @@ where
         Progress::Wait
     }
 
+    #[inline(never)] // it has many callers
     pub(crate) fn is_within_travel(&self, target: &[Coordinate; AXES]) -> bool {
         !self.settings.is_on(Setting::SoftLimits)
-            || soft_limits::allow(target, &self.motion.travel, &self.config.axes)
+            || soft_limits::allow(target, &self.motion.bounds, &self.config.axes)
     }
 
     fn perform_dwell(&mut self, seconds: Number, now: Instant) -> Progress {
@@ -331,16 +335,52 @@ where
         }
     }
 
-    fn perform_spindle(&mut self, spindle: &Spindle) -> Progress {
+    fn perform_spindle(&mut self, spindle: &Spindle, now: Instant) -> Progress {
         if self.state == State::Check {
             return Progress::Done;
+        }
+        if let Some(end) = self.activity.line.wakes() {
+            return match now >= end {
+                true => Progress::Done,
+                false => Progress::Wait,
+            };
         }
         if self.changes_at_rest(spindle) && !self.is_motion_over() {
             return Progress::Wait;
         }
+        let wait = self.run_time(spindle);
         self.want_spindle(self.light_at_rest(spindle));
         self.console.cadence.overrides_changed();
-        Progress::Done
+        if wait == 0 {
+            return Progress::Done;
+        }
+        self.activity.line.wait = Wait::Dwell(now + Duration::from_ticks(wait.into()));
+        Progress::Wait
+    }
+
+    /// How long a spindle takes from its present state to this one, µs: `$716` to `$718`. A laser
+    /// takes no time.
+    fn run_time(&self, to: &Spindle) -> u32 {
+        if self.tool.spindle.is_laser() {
+            return 0;
+        }
+        let from = self.tool.told;
+        let value = |setting| self.settings.value(setting).to_f32();
+        let (mut seconds, mut by) = (0.0, to.speed.to_f32());
+        if from.rotation == to.rotation {
+            by -= from.speed.to_f32();
+        } else {
+            if from.rotation != Rotation::Off {
+                seconds = value(Setting::SpindleRunDown);
+            }
+            if to.rotation != Rotation::Off {
+                seconds += value(Setting::SpindleRunUp);
+            }
+        }
+        if to.rotation != Rotation::Off {
+            seconds += value(Setting::SpindleRunUpBySpeed) * by.abs() / 1_000.0;
+        }
+        (seconds.min(LONGEST_RUN) * 1e6) as u32
     }
 
     /// True if a spindle command changes the output at rest. It does not for a laser under M4,
