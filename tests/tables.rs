@@ -19,6 +19,8 @@ use std::path::{Path, PathBuf};
 
 /// A machine with every extension.
 const EVERYTHING: &str = "
+[options]
+expressions = true
 [heaters.nozzle]
 sensor = \"ad595\"
 [outputs]

@@ -1,7 +1,8 @@
-//! Any text as a program: no panic, no hang, and an error names a place in the text.
+//! Any text as a program, and its lines as those of a stream: no panic, no hang, and an error names
+//! a place in the text.
 #![no_main]
 
-use leadscrew_program::{is_program, Item, Program, Step, Value, World};
+use leadscrew_program::{is_program, Calculator, Item, Program, Step, Value, World};
 use libfuzzer_sys::fuzz_target;
 
 /// Lines that a program may run. After as many it is ended.
@@ -35,7 +36,13 @@ fuzz_target!(|text: &[u8]| {
         assert!((1..=lines).contains(&(error.line as usize)), "{error}");
         assert!(error.column <= text.len(), "{error}");
     }
+    let mut calculator = Calculator::<8, 4>::new();
+    let mut plain = heapless::Vec::<u8, 64>::new();
     for line in text.split(|byte| *byte == b'\n') {
         is_program(line);
+        match calculator.line(line, &All, &mut plain) {
+            Ok(()) => calculator.keep(),
+            Err(error) => assert!(error.column <= line.len(), "{error}"),
+        }
     }
 });

@@ -66,6 +66,7 @@ export const plateCases = [
       // Work zero is beside machine zero, and in inches nothing is lost.
       await say(page, "G10 L2 P1 X5 Y4 Z-1.5");
       await say(page, "G20 G91");
+      await page.waitForFunction(() => globalThis.leadscrew.state().offset[0] === 5);
       await dropAndTime(page, "job.nc", JOB);
       await page.waitForFunction(() => !document.getElementById("level").disabled);
       await page.getByRole("button", {name: "Height map…"}).click();
@@ -185,4 +186,35 @@ export const plateCases = [
       await page.waitForFunction(() => /three columns and rows/.test(document.querySelector("#findings .note")?.textContent));
     },
   },
+  ...[["dark", {colorScheme: "dark"}], ["phone", {viewport: {width: 390, height: 844}, hasTouch: true, isMobile: true}]].map(([name, context]) => ({
+    name: `${name}: the height map's dialogue, its map, and the touch-off: nothing that axe finds, nothing too small or too wide`,
+    only: "file",
+    machine: PLATE,
+    context,
+    async run({page, shoot}) {
+      const isFit = async () => {
+        assert.deepEqual(await violations(page), []);
+        const [inside, window] = await page.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
+        assert.ok(inside <= window, `${inside} pixels in ${window}`);
+        const small = await page.evaluate(() => [...document.querySelectorAll("button, select, input:not([type=file])")]
+          .filter((one) => one.checkVisibility() && Math.min(one.offsetWidth, one.offsetHeight) < 44).map((one) => one.id || one.textContent));
+        if (name === "phone") assert.deepEqual(small, [], "too small for a finger");
+      };
+      await isState(page, "Idle");
+      await dropAndTime(page, "job.nc", JOB);
+      await page.getByRole("button", {name: "Height map…"}).click();
+      await page.locator("#heights-file").setInputFiles({name: "map.csv", mimeType: "text/plain", buffer: Buffer.from("0 0 0\n25 0 0.2\n50 0 0.1\n0 50 0.6\n25 50 0.9\n50 50 0.5\n0 25 0.4\n25 25 0.7\n50 25 0.2\n")});
+      await page.waitForFunction(() => /^The map has 3 × 3 places/.test(document.getElementById("heights-map").textContent));
+      await shoot(`heights-${name}`);
+      await isFit();
+      await page.keyboard.press("Escape");
+      await page.getByRole("button", {name: "Touch off…"}).click();
+      await page.locator("#touch").scrollIntoViewIfNeeded();
+      await shoot(`touch-${name}`);
+      await isFit();
+      await page.locator("#view").scrollIntoViewIfNeeded();
+      await page.waitForFunction(() => /plate: Z 0 to Z 0\.9/.test(document.getElementById("legend").textContent));
+      await shoot(`map-${name}`);
+    },
+  })),
 ];

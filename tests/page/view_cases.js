@@ -52,6 +52,7 @@ export const viewCases = [
       await isState(page, "Idle");
       assert.ok(await page.locator("#scrub-row").isHidden());
       await say(page, "G10 L2 P1 X5 Y5");
+      await page.waitForFunction(() => globalThis.leadscrew.state().offset[0] === 5);
       // 30 mm at 10 mm/s, a rest of 2 s, 20 mm at 20 mm/s; ramps take some hundredths.
       await dropAndTime(page, "job.nc", "G21 G90\nM3 S500\nG1 X30 F600\nG4 P2\nG1 Y20 F1200\n");
       await page.locator("#scrub-row").waitFor();

@@ -7,6 +7,10 @@ use leadscrew_machine_file::Profile;
 /// Bytes of lines that are kept during a tool change: as many as a serial line's buffer takes.
 const KEPT: usize = 1024;
 
+/// Numbered parameters above #30 and named ones that lines may set: 5 KB with all that goes with
+/// them.
+const PARAMETERS: (usize, usize) = (64, 16);
+
 /// The reference voltage of a board's converter if its file does not say, V.
 const REFERENCE: f32 = 3.3;
 
@@ -25,6 +29,7 @@ pub(crate) fn all(profile: &Profile, board: &Board) -> Vec<Extension> {
         outputs(profile),
         tool_switches(profile, board),
         tool_change(profile),
+        expressions(profile),
     ];
     all.into_iter().flatten().collect()
 }
@@ -143,6 +148,24 @@ fn tool_change(profile: &Profile) -> Option<Extension> {
             spin_up: {spin_up},
             rate: {rate},
         }})
+    }}"
+        ),
+    })
+}
+
+/// Parameters and expressions in lines. The core coupled memory has no room for them.
+fn expressions(profile: &Profile) -> Option<Extension> {
+    let (numbered, named) = PARAMETERS;
+    let memory = format!("leadscrew_program::Calculator<{numbered}, {named}>");
+    profile.options.expressions.then(|| Extension {
+        cfg: None,
+        of_type: format!(
+            "Option<leadscrew_program::Expressions<&'static mut {memory}, {numbered}, {named}>>"
+        ),
+        value: format!(
+            "{{
+        use leadscrew_program::{{Calculator, Expressions}};
+        cortex_m::singleton!(: {memory} = Calculator::new()).map(Expressions::new)
     }}"
         ),
     })

@@ -212,6 +212,6 @@ fn a_map_is_read_from_probe_reports_too_and_its_gaps_are_named() {
     );
     assert_eq!(
         refused(""),
-        "1:1: expected a grid of at least two columns and two rows"
+        "1:1: no place stands in it: expected X,Y,Z in mm in each line"
     );
 }

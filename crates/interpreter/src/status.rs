@@ -95,7 +95,7 @@ codes! {
         NeedsProgram = 205, "Only a whole program can call, repeat or choose",
             "O words, M98, M99 and G65 need all lines of their program at once. Run the file from leadscrew's page, which sends the plain lines that it comes to.";
         Calculates = 206, "The line has a parameter or an expression",
-            "This machine takes plain numbers. Run the file from leadscrew's page, which sends the plain lines that it comes to.";
+            "Put options.expressions = true into the machine file, where the chip has room for it; or run the file from leadscrew's page, which sends the plain lines that it comes to.";
     }
 }
 

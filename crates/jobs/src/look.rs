@@ -686,7 +686,8 @@ mod tests {
             .contains("three columns"));
         assert_eq!(check_of(&found)["extents"]["z"]["max"], 1.0);
         for (text, heights, why) in [
-            (text, "", "line 1 of the map: expected a grid"),
+            (text, "", "line 1 of the map: no place stands in it"),
+            (text, "0,0,0\n1,0,0\n", "line 1 of the map: expected a grid"),
             (
                 text,
                 "0,0,0\n5,0,0\n0,5,0\n5,5,0\n",

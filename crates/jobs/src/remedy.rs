@@ -65,8 +65,8 @@ const OUTPUTS: &str = add!("This machine has no such outputs.", "[outputs]\ncoun
 const COMPENSATION: &str =
     "Compensation for the cutter's radius is not supported: let the CAM program work it out.";
 const PROGRAMS: &str = "A line alone has no parameters, expressions, O words or calls: they need \
-                        the whole program in a file, which `leadscrew run` and `check` take \
-                        (docs/programs.md).";
+                        the whole program in a file, which `leadscrew run`, `check` and the page \
+                        take (docs/programs.md).";
 const THREADS: &str = "Threading is not supported: it needs an encoder on the spindle.";
 const SPLINES: &str = "Splines are not supported: let the CAM program write arcs or lines.";
 const UNSUPPORTED: &str = "This word is not supported. Leave it out, or choose the GRBL \

@@ -88,7 +88,7 @@ impl Profile {
             ("look_ahead", config.moves != plain.moves),
             ("second_motor's squaring", config.squaring != plain.squaring),
             ("switches, or `stops` of an axis", config.rules != rules),
-            ("options", has_options),
+            ("options", has_options || self.options.expressions),
         ];
         keys.into_iter()
             .find_map(|(key, is_there)| is_there.then_some(key))

@@ -397,6 +397,8 @@ pub struct Options {
     pub parking: bool,
     /// M56 forbids and allows parking.
     pub parking_override: bool,
+    /// Lines may have parameters and expressions.
+    pub expressions: bool,
 }
 
 impl Profile {
@@ -508,6 +510,7 @@ mod tests {
             single_axis_homing = true
             parking = true
             parking_override = true
+            expressions = true
             "#,
         );
         let profile = profile.unwrap();

@@ -3,24 +3,21 @@
 
 use crate::activity::line::{LineKind, Origin};
 use crate::board::{Board, ChannelId, Instant};
-use crate::extension::{Call, Extension};
+use crate::extension::{Call, Extension, Known, Line};
 use crate::interpreter::{
     Command, Context, Coordinate, Extent, Fault, Own, OwnCodes, Spindle, ToolTable, Travel,
 };
 use crate::machine::{LineFault, Machine};
 use crate::program::startup::Turn;
+use crate::program::Probed;
 use crate::protocol::decimal::Decimal;
 use crate::protocol::message::Message;
-use crate::protocol::serial::LINE;
 use crate::protocol::status::Status;
 use crate::protocol::system_command::{SystemCommand, STARTUP_LINES};
 use crate::settings::table::Setting;
 use crate::state::State;
 use leadscrew_gcode::Number;
 use leadscrew_planner::Kinematics;
-
-/// A filtered line, out of its reader.
-type Line = heapless::Vec<u8, LINE>;
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
@@ -121,13 +118,65 @@ where
             return self.refuse(origin, Status::Locked.into());
         }
         match self.interpret(line, false) {
+            Ok(extent) => self.begin_words(origin, line, extent, board, now),
+            Err(fault) if X::IN_USE && fault.status == Status::Calculates => {
+                self.calculate(origin, line, fault, board, now);
+            }
+            Err(fault) => self.refuse(origin, fault),
+        }
+    }
+
+    /// Begins to carry out a line that was interpreted.
+    fn begin_words<B: Board>(
+        &mut self,
+        origin: Origin,
+        line: &[u8],
+        extent: Extent,
+        board: &mut B,
+        now: Instant,
+    ) {
+        self.activity.line.begin(origin, LineKind::Program);
+        if extent == Extent::First {
+            self.activity.rest = Line::from_slice(line).unwrap_or_default();
+            self.activity.line.set_rest(true);
+        }
+        self.execute(board, now);
+    }
+
+    /// Lets an extension write out a line that has parameters or expressions, and carries it out;
+    /// refuses it with `fault` if no extension calculates.
+    #[cold]
+    fn calculate<B: Board>(
+        &mut self,
+        origin: Origin,
+        line: &[u8],
+        fault: Fault,
+        board: &mut B,
+        now: Instant,
+    ) {
+        let mut plain = Line::new();
+        let probed = self.program.probed;
+        let known = Known {
+            interpreter: &self.program.interpreter,
+            axes: &self.config.axes,
+            probed: (probed != Probed::NOTHING).then_some(probed.position),
+            contact: probed.contact,
+            tool: None,
+        };
+        let written = self.extension.calculate(line, &known, &mut plain);
+        let extent = written.unwrap_or(Err(fault)).and_then(|()| {
+            let has_words = !plain.is_empty();
+            let interpreted = has_words.then(|| self.interpret(&plain, false));
+            // Its column is one of the line as it was written out.
+            interpreted.transpose().map_err(|fault| fault.status.into())
+        });
+        match extent {
             Ok(extent) => {
-                self.activity.line.begin(origin, LineKind::Program);
-                if extent == Extent::First {
-                    self.activity.rest = Line::from_slice(line).unwrap_or_default();
-                    self.activity.line.set_rest(true);
+                self.extension.calculated();
+                match extent {
+                    Some(extent) => self.begin_words(origin, &plain, extent, board, now),
+                    None => self.answer(origin, Ok(())),
                 }
-                self.execute(board, now);
             }
             Err(fault) => self.refuse(origin, fault),
         }

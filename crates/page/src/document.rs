@@ -25,13 +25,14 @@ const COMMON: [Module; 8] = [
 
 /// Modules that only the page of a machine has. The module that reaches the machine is added to
 /// them.
-const MACHINE: [Module; 30] = [
+const MACHINE: [Module; 31] = [
     ("ask", include_str!("../web/ask.js")),
     ("backup", include_str!("../web/backup.js")),
     ("begin", include_str!("../web/begin.js")),
     ("board", include_str!("../web/board.js")),
     ("chart", include_str!("../web/chart.js")),
     ("connect", include_str!("../web/connect.js")),
+    ("enable", include_str!("../web/enable.js")),
     ("files", include_str!("../web/files.js")),
     ("frames", include_str!("../web/frames.js")),
     ("framing", include_str!("../web/framing.js")),

@@ -8,6 +8,8 @@ export class Chart {
   #past = [];
   #most = 100;
   #rests = false;
+  /** The unit of its speeds. @type {import("state").Unit} */
+  unit = {mm: 1, name: "mm", digits: 3};
 
   /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
@@ -43,7 +45,7 @@ export class Chart {
     const style = getComputedStyle(document.documentElement);
     const colour = (/** @type {string} */ name) => style.getPropertyValue(name).trim();
     const end = this.#past.at(-1)?.seconds ?? 0;
-    const highest = Math.max(100, ...this.#past.map((one) => one.feed));
+    const highest = Math.max(100, ...this.#past.map((one) => one.feed)) / this.unit.mm;
     this.#most = highest > this.#most ? round(highest) : highest < this.#most * 0.4 ? round(highest) : this.#most;
     const [left, right, top, floor] = [52, width - 8, 8, height - 18];
     const x = (/** @type {number} */ seconds) => right - ((end - seconds) / SECONDS) * (right - left);
@@ -61,12 +63,12 @@ export class Chart {
     pen.save();
     pen.translate(11, height / 2);
     pen.rotate(-Math.PI / 2);
-    pen.fillText("mm/min", 0, 0);
+    pen.fillText(`${this.unit.name}/min`, 0, 0);
     pen.restore();
     this.#area(pen, colour("--chart-power"), x, y);
     pen.strokeStyle = colour("--accent");
     pen.lineWidth = 2;
-    line(pen, this.#past.map((one) => [x(one.seconds), y(Math.min(one.feed / this.#most, 1))]));
+    line(pen, this.#past.map((one) => [x(one.seconds), y(Math.min(one.feed / this.unit.mm / this.#most, 1))]));
     pen.lineWidth = 1;
   }
 

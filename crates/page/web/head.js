@@ -24,3 +24,16 @@ export function showHead(now, pause, faults, homes) {
   by("doubt").hidden = now.doubt === "";
   say(by("doubt-text"), now.doubt && `The place is not known: ${now.doubt}. Home the machine, or set zero anew.`);
 }
+
+/** Says who has the machine, if this page has not. @param {import("state").Role} role */
+export function showRole({controls, senders}) {
+  by("watching").hidden = controls;
+  const who = senders.length ? `A sender has the machine (${senders.join("; ")}).` : "Another page has the machine.";
+  say(by("watching"), `${who} This page watches; Hold and Reset work.`);
+}
+
+/** Says what a person should know of a board that is silent. @param {string} words */
+export function showSilence(words) {
+  by("silent").hidden = words === "";
+  say(by("silent"), words);
+}

@@ -113,7 +113,7 @@ export class Heights {
     const {position, offset} = this.machine.now();
     const box = this.machine.box();
     const travel = this.#input("travel");
-    if (travel.value === "" && box) travel.value = String(Math.ceil(Math.max(position[2], box.high[2]) - offset[2]));
+    if (travel.value === "" && box) travel.value = String(Number((Math.max(position[2], box.high[2]) - offset[2]).toFixed(3)));
     this.#tell();
     this.#dialog.showModal();
     this.#plan();

@@ -117,9 +117,10 @@ export class Job {
     say(by("job-time"), words(life, {lines: this.lines.length, left, errors: this.checked?.error_count ?? 0, seconds: this.profile?.job_seconds ?? null, timed: this.#timed}));
   }
 
-  /** What is known to go wrong: the machine would run into its end. */
-  get dangers() {
-    return this.checked?.warnings.filter(({kind}) => kind === "outside_travel") ?? [];
+  /** What is known to go wrong, in words: the machine would run into its end; else empty. */
+  get danger() {
+    const [first, ...more] = this.checked?.warnings.filter(({kind}) => kind === "outside_travel") ?? [];
+    return first ? `Line ${first.line}: ${first.message}${more.length ? `, and ${more.length} more` : ""}. The machine would run into its end.` : "";
   }
 
   /** Forgets what was found. */

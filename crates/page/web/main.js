@@ -9,14 +9,15 @@ import {by, download, say, tabs} from "dom";
 import {listenForFiles} from "files";
 import {listenForFraming} from "framing";
 import {FROM, TO} from "frames";
-import {showHead} from "head";
+import {enableAll} from "enable";
+import {showHead, showRole, showSilence} from "head";
 import {Heights} from "heights";
 import {Job} from "job";
 import {Jog} from "jog";
 import {listenForPorts} from "connect";
 import {isBanner} from "grbl";
 import {listenForKeys} from "keys";
-import {isUnderWay, needsReset, pauseOf} from "life";
+import {isUnderWay, pauseOf} from "life";
 import {Machines} from "machines";
 import {Macros} from "macros";
 import {Console, Position, SettingsPanel, Switches, buildOverrides, showOverrides} from "panels";
@@ -40,12 +41,11 @@ const settings = new Settings();
 const job = new Job();
 const trace = new Path();
 const program = new Program();
-const log = new Console();
+const log = new Console((line) => command(line));
 const chart = new Chart(/** @type {HTMLCanvasElement} */ (by("chart")));
 const position = new Position();
 const switches = new Switches();
 const settingsPanel = new SettingsPanel((line) => command(line));
-
 /** @type {Hello | null} */
 let hello = null;
 /** @type {Role} */
@@ -117,22 +117,17 @@ const frames = {
     settings.load(all);
     settingsPanel.load(settings);
     jog.measure(settings.unit);
-    job.unit = settings.unit;
+    job.unit = chart.unit = settings.unit;
+    chart.draw();
     picture.drawLegend();
     picture.show();
   },
 };
-const link = new Machines({frame: (tag, content) => frames[tag]?.(content), opened, silent, lost});
+const link = new Machines({frame: (tag, content) => frames[tag]?.(content), opened, silent: showSilence, lost});
 
 /** How far the job has come that ends here. */
 function account() {
   return isUnderWay(job.life) ? `${job.name}: answered up to line ${sender.last}, sent up to line ${sender.reached}. ` : "";
-}
-
-/** Says what a person should know of a board that is silent. @param {string} words */
-function silent(words) {
-  by("silent").hidden = words === "";
-  say(by("silent"), words);
 }
 
 /** Answers of the board's are lost: what it has done of these lines is not known. @param {number} lines */
@@ -141,7 +136,7 @@ function lost(lines) {
   job.stop("a lost answer", sender.oldest?.job);
   sender.reset();
   log.add(words, "bad");
-  silent(words);
+  showSilence(words);
   enable();
 }
 
@@ -181,10 +176,7 @@ function greet(now) {
 /** @param {Role} now */
 function takeRole(now) {
   role = now;
-  const watching = by("watching");
-  watching.hidden = now.controls;
-  const who = now.senders.length ? `A sender has the machine (${now.senders.join("; ")}).` : "Another page has the machine.";
-  say(watching, `${who} This page watches; Hold and Reset work.`);
+  showRole(now);
   if (!now.controls) {
     job.stop("another program");
     sender.reset();
@@ -329,19 +321,10 @@ function zeroOfJob() {
 }
 
 function enable() {
-  const may = role.controls && link.isOpen;
-  const name = state?.name ?? "";
-  for (const element of document.querySelectorAll(".drive")) /** @type {HTMLButtonElement} */ (element).disabled = !may;
-  const free = isFree();
-  /** @type {HTMLButtonElement} */ (by("run")).disabled = !may || !free || !job.isSound;
-  /** @type {HTMLButtonElement} */ (by("from")).disabled = !may || !free || !job.isSound || !job.profile || !!job.plain;
-  for (const id of ["frame", "level"]) /** @type {HTMLButtonElement} */ (by(id)).disabled = !may || !free || !boxOfJob();
-  /** @type {HTMLButtonElement} */ (by("save")).disabled = job.text === "";
-  if (needsReset(state)) /** @type {HTMLButtonElement} */ (by("home")).disabled = true;
+  enableAll({
+    may: role.controls && link.isOpen, isOpen: link.isOpen, looks: link.looks, free: isFree(), state, job, hasBox: boxOfJob() !== null,
+  });
   scrub.show(job.profile !== null && !isUnderWay(job.life));
-  /** @type {HTMLButtonElement} */ (by("check")).disabled = !link.looks || job.text === "";
-  for (const id of ["hold", "reset"]) /** @type {HTMLButtonElement} */ (by(id)).disabled = !link.isOpen;
-  /** @type {HTMLButtonElement} */ (by("resume")).disabled = !may || !/^(Hold|Door|Tool)/.test(name);
 }
 
 /**
@@ -397,10 +380,7 @@ function check() {
 
 /** Does what moves the job; asks first if something is known to be wrong. @param {() => void} act */
 function dare(act) {
-  const [first, ...more] = job.dangers;
-  const doubt = state?.doubt ? `The place is not known: ${state.doubt}. ` : "";
-  const danger = first ? `Line ${first.line}: ${first.message}${more.length ? `, and ${more.length} more` : ""}. The machine would run into its end.` : "";
-  ask(doubt + danger, act);
+  ask((state?.doubt ? `The place is not known: ${state.doubt}. ` : "") + job.danger, act);
 }
 
 /** Runs the job from a line on, behind lines that lead there. @param {number} [line] @param {string[]} [ahead] */
@@ -409,7 +389,7 @@ function start(line = 1, ahead = []) {
   link.send(TO.CLEAR);
   jobLines.clear();
   hasRun = true;
-  silent("");
+  showSilence("");
   job.enter({at: "running", line});
   jobBegan = state?.seconds ?? 0;
   log.add(line > 1 ? `${job.name} from line ${line}` : job.name, "sent");
@@ -491,11 +471,6 @@ function begin() {
   for (const [id, act] of Object.entries(clicks)) by(id).addEventListener("click", act);
   buildOverrides(press);
   tabs(/** @type {HTMLElement} */ (document.querySelector('[role="tablist"]')));
-  by("say").addEventListener("submit", (event) => {
-    event.preventDefault();
-    const line = /** @type {HTMLInputElement} */ (by("line"));
-    if (line.value && command(line.value)) line.value = "";
-  });
   listenForFiles({
     isFree: () => !isUnderWay(job.life) || void log.add("a job is under way: reset it first", "note"),
     machine: change, refused: discard,
@@ -521,5 +496,5 @@ function begin() {
 }
 
 begin();
-/** For tests: the script time of the last picture. */
+/** For tests. */
 Object.assign(globalThis, {leadscrew: {cost: () => picture.view.cost, draw: () => picture.view.draw(), state: () => state, shown: () => picture.view.shown, trace, job}});

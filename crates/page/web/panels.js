@@ -176,6 +176,15 @@ const KEPT = 500;
 export class Console {
   #place = by("log");
 
+  /** @param {(line: string) => boolean} send answers whether it could */
+  constructor(send) {
+    by("say").addEventListener("submit", (event) => {
+      event.preventDefault();
+      const line = /** @type {HTMLInputElement} */ (by("line"));
+      if (line.value && send(line.value)) line.value = "";
+    });
+  }
+
   /**
    * @param {string} text
    * @param {"sent" | "heard" | "bad" | "note"} kind

@@ -74,7 +74,7 @@ export class Picture {
     const {job, settings} = this.shown;
     const {state, map} = this.shown.now();
     const limits = settings.hasSoftLimits ? "soft limits" : "travel of the axes (soft limits off)";
-    by("legend").replaceChildren(...marksOf(job.path, settings.isLaser, job.work), ...markOfMap(map, state?.offset[2] ?? 0), mark("var(--carriage)", "carriage"), mark("var(--box)", limits), make("span", {text: "pale: ahead"}));
+    by("legend").replaceChildren(...marksOf(job.path, settings.isLaser, job.work, settings.unit), ...markOfMap(map, state?.offset[2] ?? 0, settings.unit), mark("var(--carriage)", "carriage"), mark("var(--box)", limits), make("span", {text: "pale: ahead"}));
   }
 
   /** @param {Side} side */

@@ -38,6 +38,7 @@ export class Touch {
     by("touch-open").addEventListener("click", () => {
       this.#isOpen = !this.#isOpen;
       this.#show();
+      if (this.#isOpen) this.#panel.scrollIntoView({block: "nearest"});
     });
     by("touch-probe").addEventListener("click", () => {
       const [down, feed] = [Math.abs(value("down")), value("feed")];

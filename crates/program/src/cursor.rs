@@ -108,6 +108,7 @@ impl<'t> Cursor<'t> {
     }
 
     /// Reads a decimal without a sign. The places after the eighteenth are dropped.
+    #[inline(never)] // its numbers are not on the stack of each value
     pub(crate) fn decimal(&mut self) -> Result<Value, Fault> {
         let (mut count, mut digits, mut unit) = (0_i128, 0_u32, None);
         let start = *self;

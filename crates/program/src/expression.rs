@@ -6,8 +6,13 @@ use crate::functions as f;
 use crate::label::{Name, Target};
 use crate::value::Value;
 
-/// Brackets, signs and `#` that may stand within each other. Each level takes stack.
-const DEEPEST: u8 = 16;
+/// Values, operands and parameters that may be read within each other: a bracket is a value and an
+/// operand, `#` a value and a parameter. Each takes stack.
+const DEEPEST: u8 = 64;
+
+/// The same in a line of a stream, for a microcontroller: 8 brackets, or fewer with operators between
+/// them.
+const SHALLOW: u8 = 17;
 
 /// What EQ and NE take for equal, as LinuxCNC does: less than 0.0001 apart.
 const EQUAL: Value = Value::constant(100_000_000_000_000);
@@ -28,7 +33,8 @@ pub(crate) trait Values {
 pub(crate) struct Reader<'t, 'v> {
     pub(crate) cursor: Cursor<'t>,
     values: &'v dyn Values,
-    depth: u8,
+    /// How much deeper values and operands may stand.
+    left: u8,
 }
 
 impl<'t, 'v> Reader<'t, 'v> {
@@ -36,16 +42,28 @@ impl<'t, 'v> Reader<'t, 'v> {
         Self {
             cursor,
             values,
-            depth: 0,
+            left: DEEPEST,
         }
+    }
+
+    /// Reads with little stack.
+    pub(crate) fn shallow(cursor: Cursor<'t>, values: &'v dyn Values) -> Self {
+        Self {
+            left: SHALLOW,
+            ..Self::new(cursor, values)
+        }
+    }
+
+    /// Goes a level deeper.
+    fn deepen(&mut self) -> Result<(), Fault> {
+        let left = self.left.checked_sub(1);
+        self.left = left.ok_or_else(|| self.cursor.fault(ErrorKind::DeepBrackets))?;
+        Ok(())
     }
 
     /// Reads a value: a number, a parameter, an expression in brackets or a function, with signs.
     pub(crate) fn value(&mut self) -> Result<Value, Fault> {
-        if self.depth >= DEEPEST {
-            return Err(self.cursor.fault(ErrorKind::DeepBrackets));
-        }
-        self.depth += 1;
+        self.deepen()?;
         let value = match self.cursor.peek() {
             Some(b'-') => {
                 self.cursor.pass();
@@ -61,7 +79,7 @@ impl<'t, 'v> Reader<'t, 'v> {
             Some(b'0'..=b'9' | b'.') => self.cursor.decimal(),
             _ => Err(self.cursor.expected(Expected::Value)),
         };
-        self.depth -= 1;
+        self.left += 1;
         value
     }
 
@@ -75,17 +93,17 @@ impl<'t, 'v> Reader<'t, 'v> {
 
     /// Reads values between operators of this strength or a greater one.
     fn binary(&mut self, least: u8) -> Result<Value, Fault> {
+        self.deepen()?;
         let mut left = self.value()?;
         loop {
             self.cursor.peek();
             let before = self.cursor;
-            let Some(operator) = self.operator()? else {
+            let operator = self.operator()?;
+            let Some(operator) = operator.filter(|operator| operator.strength() >= least) else {
+                self.cursor = before;
+                self.left += 1;
                 return Ok(left);
             };
-            if operator.strength() < least {
-                self.cursor = before;
-                return Ok(left);
-            }
             let right = self.binary(operator.strength() + 1)?;
             left = operator
                 .apply(left, right)
@@ -132,6 +150,13 @@ impl<'t, 'v> Reader<'t, 'v> {
     /// Reads `#` and what parameter it means.
     pub(crate) fn target(&mut self) -> Result<Target, Fault> {
         self.cursor.need(b'#', Expected::Parameter)?;
+        self.deepen()?;
+        let target = self.named_or_numbered();
+        self.left += 1;
+        target
+    }
+
+    fn named_or_numbered(&mut self) -> Result<Target, Fault> {
         if self.cursor.take(b'<') {
             return self.cursor.name().map(Target::Name);
         }
@@ -145,6 +170,7 @@ impl<'t, 'v> Reader<'t, 'v> {
         Ok(Target::Number(number))
     }
 
+    #[inline(never)] // as for `apply`
     fn parameter(&mut self) -> Result<Value, Fault> {
         let start = self.cursor;
         let value = match self.target()? {
@@ -165,6 +191,7 @@ impl<'t, 'v> Reader<'t, 'v> {
         Ok((target, self.value()?))
     }
 
+    #[inline(never)] // as for `apply`
     fn function(&mut self) -> Result<Value, Fault> {
         let start = self.cursor;
         let name = self.cursor.letters();
@@ -194,6 +221,7 @@ const FUNCTIONS: [&[u8]; 13] = [
     b"SQRT", b"TAN",
 ];
 
+#[inline(never)] // as for `apply`
 fn of_one(name: &[u8], value: Value) -> Result<Value, Math> {
     match name {
         b"ABS" => Ok(value.abs()),
@@ -264,6 +292,7 @@ impl Operator {
         }
     }
 
+    #[inline(never)] // what it calculates with is not on the stack of each operand
     fn apply(self, left: Value, right: Value) -> Result<Value, Math> {
         let (is, and) = (!left.is_zero(), !right.is_zero());
         let (seen, other) = (left.seen(), right.seen());

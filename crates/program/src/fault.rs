@@ -54,7 +54,8 @@ pub enum ErrorKind {
     NotOpen,
     /// What this O word begins does not end, or ends in another subprogram.
     NotClosed,
-    /// Brackets are nested deeper than 16 levels.
+    /// Brackets, operators or `#` stand too deep within each other: brackets alone may stand 31
+    /// deep, in a line of a stream 8.
     DeepBrackets,
     /// Subprograms call each other deeper than there is room for.
     DeepCalls,
@@ -177,7 +178,7 @@ impl fmt::Display for ErrorKind {
             Self::NoSubprogram => "there is no subprogram of this name or number",
             Self::NotOpen => "this belongs to something that has not begun here",
             Self::NotClosed => "what begins here does not end",
-            Self::DeepBrackets => "brackets are nested deeper than 16 levels",
+            Self::DeepBrackets => "brackets are nested too deep",
             Self::DeepCalls => "subprograms call each other too deep",
             Self::DeepLoops => "loops and conditions are nested too deep",
             Self::ManyParameters => "too many numbered parameters are in use",

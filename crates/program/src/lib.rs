@@ -51,6 +51,7 @@
 #[cfg(test)]
 extern crate std;
 
+mod calculator;
 mod call;
 mod cursor;
 mod expression;
@@ -60,6 +61,8 @@ mod frames;
 mod functions;
 mod head;
 mod label;
+#[cfg(feature = "machine")]
+mod machine;
 mod numbered;
 mod parameters;
 mod plain;
@@ -69,8 +72,11 @@ mod texts;
 mod value;
 mod world;
 
+pub use calculator::Calculator;
 pub use fault::{Error, ErrorKind, Expected, Math};
 pub use label::{Label, Name, NAME_LENGTH};
+#[cfg(feature = "machine")]
+pub use machine::{Expressions, ERRORS};
 pub use program::{Program, Step};
 pub use recognise::is_program;
 pub use texts::Texts;

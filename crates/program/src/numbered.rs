@@ -29,6 +29,16 @@ impl<const ROOM: usize> Numbered<ROOM> {
         found.map_or(Value::ZERO, |(_, value)| *value)
     }
 
+    /// Returns true if it has been set.
+    pub(crate) fn has(&self, number: u16) -> bool {
+        self.find(number).is_ok()
+    }
+
+    /// How many more can be set.
+    pub(crate) fn room(&self) -> usize {
+        ROOM - self.0.len()
+    }
+
     pub(crate) fn set(&mut self, number: u16, value: Value) -> Result<(), ErrorKind> {
         match self.find(number) {
             Ok(at) => {

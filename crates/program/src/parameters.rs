@@ -1,7 +1,7 @@
 //! The parameters of a program.
 
 use crate::expression::Values;
-use crate::fault::ErrorKind;
+use crate::fault::{ErrorKind, Fault};
 use crate::label::{Name, Target};
 use crate::numbered::{Locals, Numbered, OWN};
 use crate::value::Value;
@@ -12,6 +12,12 @@ use heapless::Vec;
 const HIGHEST: u16 = 5602;
 /// The numbers that the machine keeps, gaps included: no program sets one.
 const KEPT: core::ops::RangeInclusive<u16> = 5061..=5428;
+
+/// Parameters that a line may set.
+const ASSIGNMENTS: usize = 16;
+
+/// What a line sets, each with its column.
+pub(crate) type Set = Vec<(Target, Value, usize), ASSIGNMENTS>;
 
 /// A named parameter.
 #[derive(Debug, Clone, Copy)]
@@ -63,6 +69,28 @@ impl<const NUMBERED: usize, const NAMED: usize> Parameters<NUMBERED, NAMED> {
         let depth = if name.is_global() { 0 } else { self.depth };
         let is_it = |named: &Named| named.depth == depth && named.name == *name;
         self.named.iter().position(is_it)
+    }
+
+    /// Whether there is room for all of these at once.
+    pub(crate) fn has_room(&self, set: &Set) -> Result<(), Fault> {
+        let (mut numbered, mut named) = (self.numbered.room(), NAMED - self.named.len());
+        for (index, (target, _, column)) in set.iter().enumerate() {
+            let earlier = set.get(..index).unwrap_or_default();
+            let is_new = match target {
+                Target::Number(number) => local(*number).is_none() && !self.numbered.has(*number),
+                Target::Name(name) => self.find(name).is_none(),
+            };
+            if !is_new || earlier.iter().any(|(other, ..)| other == target) {
+                continue;
+            }
+            let (room, kind) = match target {
+                Target::Number(_) => (&mut numbered, ErrorKind::ManyParameters),
+                Target::Name(_) => (&mut named, ErrorKind::ManyNames),
+            };
+            let column = *column;
+            *room = room.checked_sub(1).ok_or(Fault { kind, column })?;
+        }
+        Ok(())
     }
 
     /// Sets a parameter.

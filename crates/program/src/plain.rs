@@ -3,9 +3,9 @@
 use crate::cursor::Cursor;
 use crate::expression::Reader;
 use crate::fault::{ErrorKind, Expected, Fault};
-use crate::label::{Label, Target};
+use crate::label::Label;
 use crate::numbered::OWN;
-use crate::parameters::Scope;
+use crate::parameters::{Scope, Set};
 use crate::program::{Outcome, Program};
 use crate::recognise::has_values;
 use crate::value::Value;
@@ -13,9 +13,6 @@ use crate::world::World;
 use core::fmt::Write as _;
 use heapless::Vec;
 use leadscrew_gcode::{words, Letter, Number, Word};
-
-/// Parameters that a line may set.
-const ASSIGNMENTS: usize = 16;
 
 /// The decimals of a word that was calculated: in millimetres a millionth of a micrometre less than
 /// nobody measures, and short enough for lines of 80 characters.
@@ -36,18 +33,19 @@ impl<
         if line.trim_ascii_start().first() == Some(&b'%') {
             return Ok(Outcome::Nothing);
         }
-        let mut set = Vec::new();
+        let mut set = Set::new();
         if has_values(line) {
             let parameters = &self.parameters;
             let scope = Scope { parameters, world };
             let reader = Reader::new(Cursor::new(line), &scope);
-            set = write_out(line, reader, &mut self.out)?;
+            write_out(line, reader, &mut set, &mut self.out)?;
         } else {
             copy(line, &mut self.out)?;
         }
-        for (target, value, at) in &set {
+        for (target, value, column) in &set {
             let is_set = self.parameters.set(target, *value);
-            is_set.map_err(|kind| at.fault(kind))?;
+            let column = *column;
+            is_set.map_err(|kind| Fault { kind, column })?;
         }
         match Code::of(&self.out)? {
             Some(code) => self.act(&code),
@@ -85,15 +83,13 @@ impl<
     }
 }
 
-type Set<'t> = Vec<(Target, Value, Cursor<'t>), ASSIGNMENTS>;
-
-/// Writes a line with the values of its words; returns what it sets.
-fn write_out<'t, const LINE: usize>(
-    line: &'t [u8],
-    reader: Reader<'t, '_>,
+/// Writes a line with the values of its words into `out`, and what it sets into `set`.
+pub(crate) fn write_out<const LINE: usize>(
+    line: &[u8],
+    mut reader: Reader<'_, '_>,
+    set: &mut Set,
     out: &mut Vec<u8, LINE>,
-) -> Result<Set<'t>, Fault> {
-    let (mut reader, mut set) = (reader, Set::new());
+) -> Result<(), Fault> {
     if reader.cursor.take(b'/') {
         push(b"/", &reader.cursor, out)?;
     }
@@ -103,11 +99,11 @@ fn write_out<'t, const LINE: usize>(
         // A comment that has no room is left out whole: its words are nobody's command.
         let _ = out.extend_from_slice(line.get(before..reader.cursor.at()).unwrap_or(&[]));
         match byte {
-            None => return Ok(set),
+            None => return Ok(()),
             Some(b'#') => {
                 let start = reader.cursor;
                 let (target, value) = reader.assignment()?;
-                set.push((target, value, start))
+                set.push((target, value, start.at()))
                     .map_err(|_| start.fault(ErrorKind::ManyAssignments))?;
             }
             Some(letter @ b'A'..=b'Z') => {

@@ -95,6 +95,7 @@ impl Value {
     }
 
     /// Returns the whole number that this value is, seen with 12 decimals.
+    #[inline(never)] // what it calculates with is not on the stack of each parameter
     pub(crate) fn whole(self) -> Option<i64> {
         let (seen, one) = (self.seen().0, ONE as i128);
         match seen % one {

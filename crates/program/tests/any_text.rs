@@ -1,6 +1,6 @@
 //! Any text comes to an end without a panic, within the lines it was given.
 
-use leadscrew_program::{is_program, Error, ErrorKind, Program, Step, Value, World};
+use leadscrew_program::{is_program, Calculator, Error, ErrorKind, Program, Step, Value, World};
 use proptest::prelude::*;
 
 /// Pieces of programs: in random order they reach farther than random bytes.
@@ -102,8 +102,14 @@ fn check(text: &[u8]) {
         assert!((1..=lines).contains(&(error.line as usize)), "{error}");
         assert!(error.column <= text.len(), "{error}");
     }
+    let mut calculator = Calculator::<8, 4>::new();
+    let mut plain = heapless::Vec::<u8, 64>::new();
     for line in text.split(|byte| *byte == b'\n') {
         is_program(line);
+        match calculator.line(line, &All, &mut plain) {
+            Ok(()) => calculator.keep(),
+            Err(error) => assert!(error.column <= line.len(), "{error}"),
+        }
     }
 }
 

@@ -277,8 +277,8 @@ fn messages_are_sentences_for_people() {
 fn bounds_are_told_and_not_passed() {
     use std::fmt::Write as _;
     let deep = |count: usize| format!("X{}1{}\n", "[".repeat(count), "]".repeat(count));
-    assert_eq!(lines(&deep(15)), ["X1"]);
-    assert_eq!(fault(&deep(16)).2, ErrorKind::DeepBrackets);
+    assert_eq!(lines(&deep(31)), ["X1"]);
+    assert_eq!(fault(&deep(32)).2, ErrorKind::DeepBrackets);
     let mut many = String::new();
     for number in 0..70 {
         writeln!(many, "#{}=1", 100 + number).unwrap();

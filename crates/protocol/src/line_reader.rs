@@ -1,6 +1,7 @@
 //! Bytes to lines: Grbl's filter.
 //!
-//! The filter drops bytes up to 0x20, `/` anywhere, and comments in parentheses or behind `;`.
+//! The filter drops bytes up to 0x20, `/`, and comments in parentheses or behind `;`. A `/` behind a
+//! `[` divides and stays in a build with the feature `linuxcnc`: Grbl has an error for such a line.
 //! Small letters become capitals. CR and LF each end a line. Comments do not nest: inside `( )` a
 //! `;` is text, behind `;` a `(` is. A `(` left open lasts to the end of the line; a `)` without a
 //! `(` stays, and the interpreter refuses it. So does a [`LETTER`] outside comments. `$` lines are
@@ -25,6 +26,9 @@ enum Skip {
     /// Up to the end of the line: behind a `;`, or because the line is too long already.
     Rest,
 }
+
+/// True if expressions are kept whole.
+const CALCULATES: bool = cfg!(feature = "linuxcnc");
 
 /// What the line under way is at its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -219,13 +223,28 @@ impl<const CAPACITY: usize> LineReader<CAPACITY> {
         true
     }
 
+    /// Returns true if a `/` that comes next divides: not in a `$` line.
+    fn divides(&self) -> bool {
+        let line = self.line.get(..self.length()).unwrap_or(&[]);
+        CALCULATES && line.contains(&b'[') && !line.starts_with(b"$")
+    }
+
     #[cold]
     fn pass_over(&mut self, byte: u8) -> bool {
         if is_line_end(byte) {
             return self.end_line();
         }
         self.note_comment(byte);
-        let is_full = self.skip == Skip::Nothing && kept(byte) != 0;
+        let divides = self.skip == Skip::Nothing && byte == b'/' && self.divides();
+        match self.line.get_mut(self.next) {
+            Some(place) if divides => {
+                *place = byte;
+                self.next += 1;
+                return false;
+            }
+            Some(_) | None => {}
+        }
+        let is_full = self.skip == Skip::Nothing && (divides || kept(byte) != 0);
         self.too_long |= is_full;
         self.kept = self.length();
         self.skip = if is_full {
@@ -247,14 +266,20 @@ impl<const CAPACITY: usize> LineReader<CAPACITY> {
 pub fn raw_column(raw: &[u8], column: usize) -> usize {
     let mut skip = Skip::Nothing;
     let (mut sorter, mut ahead) = (Sorter::new(), column);
+    let (mut first, mut divides) = (None, false);
     for (index, &byte) in raw.iter().enumerate() {
         let Byte::Ordinary(byte) = sorter.sort(byte) else {
             continue;
         };
         // A letter counts from its second byte on, and begins with its first.
         let index = index - usize::from(byte == LETTER && index > 0);
-        let is_kept = skip == Skip::Nothing && kept(byte) != 0;
+        let is_divisor = byte == b'/' && divides;
+        let is_kept = skip == Skip::Nothing && (is_divisor || kept(byte) != 0);
         skip = skip.after(byte);
+        if is_kept {
+            let first = *first.get_or_insert(byte);
+            divides |= CALCULATES && byte == b'[' && first != b'$';
+        }
         match (is_kept, ahead) {
             (true, 0) => return index,
             (true, _) => ahead -= 1,

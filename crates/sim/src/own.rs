@@ -8,12 +8,14 @@ use crate::tool_pins::{ToolHeight, ToolSwitches};
 use leadscrew_heat::{Fault, Heat};
 use leadscrew_machine::extension::OwnCode;
 use leadscrew_outputs::{Outputs, OutputsConfig};
+use leadscrew_program::{Calculator, Expressions, ERRORS};
 use leadscrew_toolchange::ToolChange;
 use leadscrew_ztool::{ZTool, NO_SWITCH};
 
 /// The words for an error of an extension.
 pub fn error_of(number: u8) -> Option<&'static OwnCode> {
-    leadscrew_heat::errors().find(|code| code.number == number)
+    let mut errors = leadscrew_heat::errors().chain(&ERRORS);
+    errors.find(|code| code.number == number)
 }
 
 /// The words for an alarm of an extension.
@@ -31,14 +33,27 @@ pub const HEATERS: usize = 2;
 /// Bytes of lines that are kept during a tool change: the size of the largest receive buffer.
 const KEPT: usize = 1024;
 
-/// Heaters, outputs, a tool change and a tool between two switches; `None` for each that the file
-/// does not have.
+/// Numbered parameters above #30 and named ones that lines may set, as on an F407.
+const PARAMETERS: (usize, usize) = (64, 16);
+
+/// Parameters and expressions in lines. They are large, and most machines have none.
+type Calculates = Expressions<
+    Box<Calculator<{ PARAMETERS.0 }, { PARAMETERS.1 }>>,
+    { PARAMETERS.0 },
+    { PARAMETERS.1 },
+>;
+
+/// Heaters, outputs, a tool change, a tool between two switches, and expressions; `None` for each
+/// that the file does not have.
 pub type Own<const AXES: usize> = (
-    (Option<Heat<Oven, HEATERS>>, Option<Outputs<OutputPins>>),
     (
-        Option<ToolChange<AXES, KEPT>>,
-        Option<ZTool<ToolSwitches, AXES>>,
+        (Option<Heat<Oven, HEATERS>>, Option<Outputs<OutputPins>>),
+        (
+            Option<ToolChange<AXES, KEPT>>,
+            Option<ZTool<ToolSwitches, AXES>>,
+        ),
     ),
+    Option<Calculates>,
 );
 
 /// The pins that extensions own.
@@ -63,7 +78,9 @@ pub fn extension<const AXES: usize>(
     let switched = profile.tool_switches.as_ref();
     let switched =
         switched.map(|table| ZTool::new(table.config(), tool_port(profile, table, pins.tool)));
-    ((heat(profile, fault), outputs), (tools, switched))
+    let lines = profile.options.expressions;
+    let lines = lines.then(|| Expressions::new(Box::default()));
+    (((heat(profile, fault), outputs), (tools, switched)), lines)
 }
 
 fn heat(profile: &Profile, fault: Option<HeatFault>) -> Option<Heat<Oven, HEATERS>> {

@@ -380,6 +380,59 @@ fn a_turned_job_is_checked_as_any_other() {
 
 /// `docs/machines.md` names tests as `` `file`: `test`, `test` ``.
 #[test]
+fn a_job_is_bent_by_a_map_and_checked_as_any_other_or_its_lines_are_told() {
+    let folder = Folder::new();
+    let rows = [0, 10, 20].map(|y| format!("0,{y},0\n10,{y},0.4\n20,{y},0\n"));
+    folder.file("map.csv", rows.concat());
+    folder.file(
+        "job.nc",
+        "G20 G91\nG90 G0 X0 Y0 Z0.1\nG1 Z0 F10\nG91 X0.5 Y0.5\n",
+    );
+    let level = |job: &str, map: &str| {
+        let done = call(&folder, &["level", job, "--map", map, "-o", "bent.nc"]);
+        (stderr(&done), done.status.code())
+    };
+    let (told, code) = level("job.nc", "map.csv");
+    assert_eq!(code, Some(0), "{told}");
+    assert!(told.contains("map from X0.000 Y0.000 to X20.000 Y20.000"));
+    assert!(
+        told.contains("the surface is within 0.125 mm of it"),
+        "{told}"
+    );
+    let checked = call(&folder, &["check", "bent.nc"]);
+    assert!(checked.status.success(), "{}", stdout(&checked));
+    fs::remove_file(folder.path("bent.nc")).unwrap();
+    folder.file("far.nc", "G0 X0 Y0 Z1\nG1 X30 F100\nG18\n");
+    folder.file("empty.csv", "x,y,z\n");
+    folder.file("line.csv", "0,0,0\n5,0,0\n");
+    folder.file("gap.csv", "0,0,0\n5,0,0\n0,5,0\n");
+    for (job, map, expected) in [
+        (
+            "far.nc",
+            "map.csv",
+            "far.nc:2:1: X30.000 Y0.000 lies outside the map",
+        ),
+        ("far.nc", "map.csv", "far.nc:3:1: G18 chooses a plane"),
+        (
+            "job.nc",
+            "empty.csv",
+            "empty.csv:1:1: no place stands in it",
+        ),
+        ("job.nc", "line.csv", "line.csv:1:1: expected a grid"),
+        (
+            "job.nc",
+            "gap.csv",
+            "gap.csv:1:1: the grid has no height at X5.000 Y5.000",
+        ),
+    ] {
+        let (told, code) = level(job, map);
+        assert_eq!(code, Some(1), "{told}");
+        assert!(told.contains(expected), "{expected}: {told}");
+        assert!(!folder.path("bent.nc").exists(), "nothing is written");
+    }
+}
+
+#[test]
 fn every_test_that_the_table_of_machines_names_is_there() {
     let page = fs::read_to_string(root().join("docs/machines.md")).unwrap();
     let quoted = page

@@ -53,6 +53,9 @@ impl Map {
     }
 
     fn of(places: &[[f64; 3]]) -> Result<Self, String> {
+        if places.is_empty() {
+            return Err("no place stands in it: expected X,Y,Z in mm in each line".to_owned());
+        }
         let lines = [0, 1].map(|axis| {
             let mut all: Vec<f64> = places.iter().map(|place| place[axis]).collect();
             all.sort_by(f64::total_cmp);

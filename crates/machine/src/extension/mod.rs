@@ -24,15 +24,18 @@
 mod aside;
 mod cx;
 mod host;
+mod known;
 mod option;
 mod own_code;
 mod pair;
 mod settings;
 
 pub use cx::{Comment, Cx, Out, LONGEST_TEXT};
+pub use known::Known;
 
 use crate::board::Instant;
 use crate::guard::Load;
+use crate::protocol::serial::LINE;
 use crate::protocol::status::Status;
 use crate::settings::table::Row;
 use crate::state::State;
@@ -41,8 +44,12 @@ use leadscrew_gcode::Number;
 use leadscrew_planner::Coordinate;
 
 pub use leadscrew_interpreter::own::{Call, MCode, Words};
+pub use leadscrew_interpreter::Fault;
 pub use leadscrew_stepper::OutputChange;
 pub use own_code::OwnCode;
+
+/// A line without blanks, comments and line end, in capitals.
+pub type Line = heapless::Vec<u8, LINE>;
 
 /// An addition to a machine with `AXES` axes.
 ///
@@ -121,6 +128,27 @@ pub trait Extension<const AXES: usize> {
     fn alarms(&self) -> impl Iterator<Item = &'static OwnCode> {
         core::iter::empty()
     }
+
+    /// Writes out a line of a program that has parameters or expressions: puts its words with plain
+    /// numbers into `plain`, which is empty. Nothing is put there of a line that only sets
+    /// parameters. Returns `None` if it does not calculate: the line is then refused.
+    ///
+    /// What the line sets may count only after [`Extension::calculated`].
+    ///
+    /// # Errors
+    /// The answer to the line, of which nothing is carried out.
+    fn calculate(
+        &mut self,
+        line: &[u8],
+        known: &Known<'_, AXES>,
+        plain: &mut Line,
+    ) -> Option<Result<(), Fault>> {
+        let _ = (line, known, plain);
+        None
+    }
+
+    /// The machine has taken the line that was calculated last: what it sets counts from now on.
+    fn calculated(&mut self) {}
 
     /// Its memory for lines that come while an M code is put aside: as large as the receive buffer.
     fn kept(&mut self) -> &mut [u8] {

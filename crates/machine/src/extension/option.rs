@@ -1,6 +1,6 @@
 //! An extension that may be missing: where only a configuration says whether there is one.
 
-use super::{Asked, Call, Cx, Event, Extension, Gate, MCode, OwnCode, Step};
+use super::{Asked, Call, Cx, Event, Extension, Fault, Gate, Known, Line, MCode, OwnCode, Step};
 use crate::board::Instant;
 use crate::guard::Load;
 use crate::protocol::status::Status;
@@ -63,6 +63,21 @@ where
 
     fn alarms(&self) -> impl Iterator<Item = &'static OwnCode> {
         self.iter().flat_map(X::alarms)
+    }
+
+    fn calculate(
+        &mut self,
+        line: &[u8],
+        known: &Known<'_, AXES>,
+        plain: &mut Line,
+    ) -> Option<Result<(), Fault>> {
+        self.as_mut()?.calculate(line, known, plain)
+    }
+
+    fn calculated(&mut self) {
+        if let Some(own) = self {
+            own.calculated();
+        }
     }
 
     fn kept(&mut self) -> &mut [u8] {

@@ -1,6 +1,6 @@
 //! Two extensions as one.
 
-use super::{Asked, Call, Cx, Event, Extension, Gate, MCode, OwnCode, Step};
+use super::{Asked, Call, Cx, Event, Extension, Fault, Gate, Known, Line, MCode, OwnCode, Step};
 use crate::board::Instant;
 use crate::guard::Load;
 use crate::protocol::status::Status;
@@ -84,6 +84,23 @@ where
             true => one.set(number, value),
             false => other.set(number, value),
         }
+    }
+
+    fn calculate(
+        &mut self,
+        line: &[u8],
+        known: &Known<'_, AXES>,
+        plain: &mut Line,
+    ) -> Option<Result<(), Fault>> {
+        let (one, other) = self;
+        let calculated = one.calculate(line, known, plain);
+        calculated.or_else(|| other.calculate(line, known, plain))
+    }
+
+    fn calculated(&mut self) {
+        let (one, other) = self;
+        one.calculated();
+        other.calculated();
     }
 
     fn kept(&mut self) -> &mut [u8] {
