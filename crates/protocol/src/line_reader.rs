@@ -297,6 +297,7 @@ pub(crate) const fn is_line_end(byte: u8) -> bool {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use std::borrow::ToOwned;
     use std::string::{String, ToString};
     use std::vec::Vec;
 
@@ -431,7 +432,8 @@ mod tests {
         assert_eq!(find(2), b"1");
     }
 
-    /// The obvious filter: the text of the line cut into pieces.
+    /// The obvious filter: the text of the line cut into pieces, at its comments and where its
+    /// first expression begins.
     fn reference(text: &str) -> String {
         let mut rest = text;
         let mut kept = String::new();
@@ -443,8 +445,15 @@ mod tests {
             rest = end.map_or("", |end| &rest[start + end + 1..]);
         }
         kept += rest;
-        kept.retain(|letter| letter > ' ' && letter != '/');
-        kept.to_ascii_uppercase()
+        kept.retain(|letter| letter > ' ');
+        let expressions = kept.find('[').filter(|_| cfg!(feature = "linuxcnc"));
+        let (plain, calculated) = kept.split_at(expressions.unwrap_or(kept.len()));
+        let plain = plain.replace('/', "");
+        let calculated = match plain.starts_with('$') {
+            true => calculated.replace('/', ""),
+            false => calculated.to_owned(),
+        };
+        (plain + &calculated).to_ascii_uppercase()
     }
 
     proptest! {
