@@ -47,6 +47,11 @@ const HARD = FAST.replace("[settings]", "[settings]\n\"$21\" = 1").replace("benc
 
 const axis = (letter) => `#axes td[data-axis="${letter}"]`;
 
+/** Waits for the place of an axis to be work zero: a job that was dropped before is checked once more there. */
+const isZero = async (page, ...letters) => {
+  for (const letter of letters) await page.waitForFunction((cell) => /^-?0\.000$/.test(document.querySelector(cell).textContent), axis(letter));
+};
+
 const start = (page) => page.getByRole("button", {name: "Run", exact: true}).click();
 const reset = (page) => page.getByRole("button", {name: "Reset", exact: true}).click();
 const unlock = (page) => page.getByRole("button", {name: "Unlock"}).click();
@@ -627,12 +632,14 @@ export const cases = [
         for (let tries = 0; tries < 10 && /^Home/.test(await text(page, "#state")); tries++) await sleep(PATIENCE / 4);
         await isState(page, "Idle");
         await page.getByRole("button", {name: "Zero XY"}).click();
+        await isZero(page, "X", "Y");
         if (owner.lower) {
           await page.locator("#jog-step").selectOption("10");
           await page.getByRole("button", {name: "Jog Z minus"}).click();
           await isState(page, "Jog");
           await isState(page, "Idle");
           await page.getByRole("button", {name: "Make this Z zero"}).click();
+          await isZero(page, "Z");
         }
       } else if (name === "printer") {
         // Its files home it themselves.

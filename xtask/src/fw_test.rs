@@ -216,6 +216,7 @@ fn changed(file: &Path) -> Option<u128> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::time::Duration;
 
     /// A stamp of an image that began to be built now from `source`.
     fn stamped(folder: &Path, source: &Path, how: &str) -> (PathBuf, PathBuf) {
@@ -246,7 +247,10 @@ mod tests {
         );
         assert!(is_current(&kept, &stamp, "how"));
         assert!(!is_current(&kept, &stamp, "otherwise"));
-        fs::write(&source, "2").unwrap();
+        // A file system's clock ticks; the build before it may have begun in the same tick.
+        let later = SystemTime::now() + Duration::from_secs(1);
+        let changed = fs::File::options().write(true).open(&source).unwrap();
+        changed.set_modified(later).unwrap();
         assert!(!is_current(&kept, &stamp, "how"));
         fs::remove_file(&source).unwrap();
         assert!(!is_current(&kept, &stamp, "how"));

@@ -215,20 +215,36 @@ pub(crate) fn own() -> Own {{
     #[must_use]
     pub fn record_memory(&self, has_four_motors: bool) -> Option<String> {
         let (sector, end) = (self.record_sector()?, self.record_end()?);
+        let text = format!(
+            "/* The board's record; the code is behind it. */
+__record = {:#010X};
+_stext = {:#010X};
+{}",
+            sector.begin,
+            sector.end(),
+            // An image of four motors is for chips of 1 MiB, and has more constants.
+            if has_four_motors {
+                String::new()
+            } else {
+                self.front(sector)
+            }
+        );
+        let memory = match has_four_motors {
+            true => RECORD_OF_FOUR,
+            false => RECORD,
+        };
+        Some(self.script(end, memory, &text))
+    }
+
+    /// The part of the script that fills the rest of the vector table's sector, in front of the
+    /// record in `sector`.
+    fn front(&self, sector: Sector) -> String {
         let front = Sector {
             begin: self.start + VECTORS,
             size: (sector.begin - self.start).min(SMALLEST) - VECTORS,
         };
-        // An image of four motors, which is for chips of 1 MiB, has more constants.
-        let code = match has_four_motors {
-            true => "",
-            false => "\n    *(.text*leadscrew_settings5store*14settings_flash*);",
-        };
-        let text = format!(
-            "/* The board's record; the code is behind it. Constants are in front, and code that keeps settings: the vector table's
-   sector has room for them, which a chip of 512 KiB needs. */
-__record = {:#010X};
-_stext = {:#010X};
+        format!(
+            "/* Constants, and code that keeps settings: the vector table's sector has room for them, which a chip of 512 KiB needs. */
 MEMORY
 {{
   FRONT    : ORIGIN = {:#010X}, LENGTH = {}
@@ -237,21 +253,14 @@ SECTIONS
 {{
   .front : ALIGN(4)
   {{
-    *(.rodata .rodata.*);{code}
+    *(.rodata .rodata.*);
+    *(.text*leadscrew_settings5store*14settings_flash*);
     . = ALIGN(4);
   }} > FRONT
 }} INSERT AFTER .vector_table;
 ",
-            sector.begin,
-            sector.end(),
-            front.begin,
-            front.size
-        );
-        let memory = match has_four_motors {
-            true => RECORD_OF_FOUR,
-            false => RECORD,
-        };
-        Some(self.script(end, memory, &text))
+            front.begin, front.size
+        )
     }
 
     /// The script for a program from the board's `start` on, which ends in front of `end`. `cargo
