@@ -226,7 +226,8 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
     }
 
     /// Ends a profile whose steps have all been handed out. A move has one profile or more: a hold
-    /// may stop within it, and a long line runs in parts (see [`Course`]).
+    /// may stop within it, and a long line runs in parts (see
+    /// [`Course`](crate::space::axis_limits::Course)).
     fn end_profile<K>(&mut self, planner: &mut Planner<'_, K, AXES, MOTORS>)
     where
         K: Kinematics<AXES, MOTORS>,

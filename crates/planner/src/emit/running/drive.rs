@@ -97,7 +97,7 @@ impl Drive {
 pub(crate) struct Aim {
     pub(crate) goal: Goal,
     /// Steps of the dominant motor from the end of the part of the move that runs to the move's end
-    /// (see [`Course`](crate::space::axis_limits::Course)).
+    /// (see [`Course`]).
     pub(crate) steps_after: u32,
     /// Squared speed at which the part may end so that all later limits can be kept, mm²/s².
     pub(crate) exit_v2: f32,
