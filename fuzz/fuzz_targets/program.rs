@@ -1,5 +1,5 @@
-//! Any text as a program, and its lines as those of a stream: no panic, no hang, and an error names
-//! a place in the text.
+//! Runs any text as a program, and sends its lines as a sender does: nothing panics or hangs, and
+//! an error names a place in the text.
 #![no_main]
 
 use leadscrew_program::{is_program, Calculator, Item, Program, Step, Value, World};

@@ -71,7 +71,7 @@ impl<const AXES: usize> Interpreter<AXES> {
         self.work_offset = self.offsets.work_offset(self.modal.system);
     }
 
-    /// Takes how much farther from its centre one end of an arc was than the other, mm, where an arc
+    /// Takes how much farther from its centre one end of an arc was than the other, mm, if an arc
     /// was refused for that.
     pub fn take_mismatch(&self) -> Option<Coordinate> {
         Some(self.apart.0.take()).filter(|apart| *apart > Coordinate::ZERO)

@@ -231,7 +231,7 @@ fn units_planes_offsets_and_modes_come_back() {
 
 #[test]
 fn a_zero_that_the_job_sets_itself_ends_the_one_before() {
-    // A printer counts its filament anew: that is no zero of the work.
+    // A printer sets its filament axis to 0 by G92. This is not a zero of the work.
     let file = Profile::parse(Path::new("printer.toml"), "[axes.e]\nlimits = {}\n").unwrap();
     let machine = Machine::new(file, &[]).unwrap();
     let first = |job: &str, line| {

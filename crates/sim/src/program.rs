@@ -26,7 +26,7 @@ pub(crate) struct Running {
 }
 
 /// The machine of a program, and whether the program has read what only the machine knows: a place,
-/// an offset, a tool, a probe. Modes are those of the program's own lines.
+/// an offset, a tool, a probe. The program's own lines set the modes.
 struct Asked<'w> {
     world: &'w dyn World,
     asks: Cell<bool>,

@@ -111,8 +111,8 @@ impl Map {
     }
 
     /// How far the surface may be from the map between its places, mm; `None` if the grid is too small
-    /// to show how the surface curves. Its curvature is that of each three places in a row, and a
-    /// quarter more: it may curve most between them.
+    /// to show how the surface curves. Three places in a row show the surface's curvature. A
+    /// quarter is added, since the surface may curve most between the places.
     ///
     /// ```
     /// use leadscrew_import::level::Map;

@@ -52,7 +52,8 @@ fn each_word_is_taken_and_without_the_dialect_it_is_refused_as_in_grbl() {
     }
 }
 
-/// Lines of programs, Grbl's answers to them (those of the first seven are recorded), and ours.
+/// Lines of programs, Grbl's answer to each line, and our answer. The first seven of Grbl's answers
+/// are recorded.
 const OF_PROGRAMS: &[(&str, u8, u8)] = &[
     ("#1=2", 1, 206),
     ("[1]", 1, 206),

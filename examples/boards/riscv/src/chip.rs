@@ -1,4 +1,5 @@
-//! The chip: its timer, pins and UART 0. Addresses and bits are those of the FU540-C000 manual.
+//! The chip: its timer, pins and UART 0. The FU540-C000 manual names the addresses
+//! and the bits.
 
 use core::cell::{Cell, RefCell};
 use core::convert::Infallible;

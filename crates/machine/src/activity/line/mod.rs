@@ -143,8 +143,8 @@ impl<const AXES: usize> Executor<AXES> {
         self.wait = Wait::Nothing;
     }
 
-    /// True if the line goes on after its commands: they are those of an M code that comes first,
-    /// and the machine reads the other words once it is done.
+    /// True if the line goes on after its commands. Its commands then belong to an M code that
+    /// comes first. The machine reads the other words once the M code is done.
     pub(crate) fn has_rest(&self) -> bool {
         self.has_rest
     }
