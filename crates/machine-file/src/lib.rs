@@ -346,6 +346,36 @@ pub struct Probe {
     /// How far the middle of the travel stands above its edges, mm.
     #[serde(default)]
     pub bow: Place,
+    /// Where the plate ends in X; without it, it is everywhere.
+    pub x: Option<Ends>,
+    /// Where the plate ends in Y; without it, it is everywhere.
+    pub y: Option<Ends>,
+    /// A round hole through the plate.
+    pub hole: Option<Hole>,
+    /// The diameter of the probe's tip, mm; without it, it is a point.
+    pub tip: Option<Positive>,
+}
+
+/// The ends of something along an axis.
+#[derive(Clone, Copy, PartialEq, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Ends {
+    /// The low end.
+    pub low: Place,
+    /// The high end.
+    pub high: Place,
+}
+
+/// A round hole.
+#[derive(Clone, Copy, PartialEq, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Hole {
+    /// Its middle in X.
+    pub x: Place,
+    /// Its middle in Y.
+    pub y: Place,
+    /// Its diameter, mm.
+    pub diameter: Positive,
 }
 
 /// The common properties of all switches.
@@ -496,6 +526,9 @@ mod tests {
             squaring = { tolerance = 0.1, least = 1, most = 5 }
             [probe]
             plate_height = -20
+            x = { low = 10, high = 60 }
+            hole = { x = 30, y = 20, diameter = 8 }
+            tip = 3
             [switches]
             normally_closed = true
             glitches = 0.5
@@ -543,6 +576,8 @@ mod tests {
             ("[second_motor]\naxis = \"y\"\nstart = 0\nsquaring = { least = -1 }", "router.toml:4: second_motor.squaring.least: expected a number above 0 and below 1e6"),
             ("[switches]\nbounce_us = -1", "router.toml:2: switches.bounce_us: invalid value: integer `-1`, expected a whole number"),
             ("[probe]", "router.toml:1: probe: missing field `plate_height`"),
+            ("[probe]\nplate_height = 0\ny = { low = 5, high = 5 }", "router.toml:1: probe: expected the low end of the plate below the high one"),
+            ("[probe]\nplate_height = 0\ntip = 0", "router.toml:3: probe.tip: expected a number above 0 and below 1e6"),
             ("[heaters.bed]\nsensor = \"ad595\"", "router.toml:1: heaters: expected a nozzle beside a bed"),
             ("\n[heaters.nozzle]\nsensor = \"ad\"", "router.toml:3: heaters.nozzle.sensor: unknown variant `ad`, expected one of `ad595`, `amplifier`, `thermistor`"),
             ("[heaters]\nextruder = \"a\"", "router.toml:1: heaters: expected the letter of one of its axes as `extruder`"),

@@ -151,6 +151,11 @@ impl Profile {
             let expected = "expected the upper switch above the lower one";
             return Some(("tool_switches", expected));
         }
+        let mut ends = self.probe.iter().flat_map(|probe| [probe.x, probe.y]);
+        if ends.any(|of| of.is_some_and(|ends| ends.high <= ends.low)) {
+            let expected = "expected the low end of the plate below the high one";
+            return Some(("probe", expected));
+        }
         self.contradiction_of_heaters()
     }
 

@@ -1,8 +1,10 @@
 //! The parts of a simulation that follow from a machine's file: switches, plate, places.
 
 use crate::contacts::Contacts;
-use crate::plant::{Pin, Plate, Side, Switch};
-use crate::profile::{Axes, Axis, Belts, Limits, Profile, ToolSwitchesTable};
+use crate::plant::{Edges, Pin, Plate, Side, Switch};
+use crate::profile::{
+    Axes, Axis, Belts, Ends, Hole, Limits, Positive, Probe, Profile, ToolSwitchesTable,
+};
 use crate::scene::Tooling;
 use crate::tool_pins::{ToolHeight, ToolSwitches};
 
@@ -20,7 +22,7 @@ pub trait Fixtures {
     /// The switches that carriages work.
     fn plant_switches(&self) -> Vec<Switch>;
 
-    /// The shape of the plate that the probe meets; `None` if it is flat.
+    /// The shape of the plate that the probe meets; `None` if it is flat and everywhere.
     fn plate(&self) -> Option<Plate>;
 
     /// The contacts between the switches and the machine: they bounce, and the board filters its
@@ -61,14 +63,16 @@ impl Fixtures for Profile {
     fn plate(&self) -> Option<Plate> {
         let probe = self.probe?;
         let tilt = [probe.tilt_x.mm(), probe.tilt_y.mm()];
-        let is_flat = tilt == [0.0; 2] && probe.bow.mm() == 0.0;
+        let is_everywhere = probe.x.is_none() && probe.y.is_none() && probe.hole.is_none();
+        let is_flat = tilt == [0.0; 2] && probe.bow.mm() == 0.0 && is_everywhere;
         let Axes { x, y, z, .. } = &self.axes;
         let span = [x, y].map(|axis| {
             axis.travel
                 .as_ref()
                 .map_or(GRBL_TRAVEL, |of| of.get_ref().get())
         });
-        (!is_flat).then(|| Plate::new(tilt, probe.bow.mm(), span, [x, y, z].map(Axis::scale)))
+        let scales = [x, y, z].map(Axis::scale);
+        (!is_flat).then(|| Plate::new(tilt, probe.bow.mm(), span, scales).within(edges(&probe)))
     }
 
     fn contacts(&self) -> Contacts {
@@ -107,6 +111,17 @@ pub(crate) fn tool_port(
         z,
         lower: steps(&profile.axes.z, table.lower.mm()),
         upper: steps(&profile.axes.z, table.upper.mm()),
+    }
+}
+
+/// Where the plate under a probe ends.
+fn edges(probe: &Probe) -> Edges {
+    let ends = |of: Option<Ends>| of.map(|ends| [ends.low.mm(), ends.high.mm()]);
+    let hole = |hole: Hole| ([hole.x.mm(), hole.y.mm()], hole.diameter.get());
+    Edges {
+        sides: [ends(probe.x), ends(probe.y)],
+        hole: probe.hole.map(hole),
+        tip: probe.tip.map_or(0.0, Positive::get),
     }
 }
 

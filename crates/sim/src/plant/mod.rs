@@ -29,7 +29,7 @@ use leadscrew_machine::board::Switches;
 use leadscrew_stepper::MotorMask;
 use switch::set_level;
 
-pub use plate::Plate;
+pub use plate::{Edges, Plate};
 pub use switch::{Pin, Side, Switch};
 
 /// Least time from a change of direction to the step, in cycles: 650 ns (TI DRV8825 data sheet
