@@ -25,17 +25,20 @@ const COMMON: [Module; 8] = [
 
 /// Modules that only the page of a machine has. The module that reaches the machine is added to
 /// them.
-const MACHINE: [Module; 31] = [
+const MACHINE: [Module; 35] = [
     ("ask", include_str!("../web/ask.js")),
     ("backup", include_str!("../web/backup.js")),
     ("begin", include_str!("../web/begin.js")),
     ("board", include_str!("../web/board.js")),
     ("chart", include_str!("../web/chart.js")),
     ("connect", include_str!("../web/connect.js")),
+    ("corner", include_str!("../web/corner.js")),
+    ("dialogues", include_str!("../web/dialogues.js")),
     ("enable", include_str!("../web/enable.js")),
     ("files", include_str!("../web/files.js")),
     ("frames", include_str!("../web/frames.js")),
     ("framing", include_str!("../web/framing.js")),
+    ("gamepad", include_str!("../web/gamepad.js")),
     ("grbl", include_str!("../web/grbl.js")),
     ("head", include_str!("../web/head.js")),
     ("heights", include_str!("../web/heights.js")),
@@ -57,6 +60,7 @@ const MACHINE: [Module; 31] = [
     ("state", include_str!("../web/state.js")),
     ("theme", include_str!("../web/theme.js")),
     ("touch", include_str!("../web/touch.js")),
+    ("units", include_str!("../web/units.js")),
 ];
 
 /// The module that reaches a machine through a server.

@@ -1,7 +1,8 @@
 // @ts-check
 // Start from a line: the way there is made by the code of `leadscrew resume`, and shown before anything moves.
 
-import {by, make, say} from "dom";
+import {by, lead, make, say} from "dom";
+import {allIn, mmIn} from "units";
 
 /** @typedef {import("machines").Resume} Resume */
 /** @typedef {import("scene").Path} Path */
@@ -64,7 +65,7 @@ export class Beginning {
       const input = this.#input("begin-line");
       input.max = String(lines);
       input.value = String(line);
-      this.#dialog.showModal();
+      lead(this.#dialog, by("from"));
       this.#ask();
     });
     for (const id of ["begin-line", "begin-clearance", "begin-spin", "begin-start"]) {
@@ -90,10 +91,10 @@ export class Beginning {
     const line = Math.trunc(Number(this.#input("begin-line").value));
     const {lines} = this.machine.job();
     if (!(line >= 1 && line <= lines)) return this.#show(null, `The job has ${lines} lines.`);
-    const start = this.#input("begin-start").value.split(/[,;\s]+/).filter(Boolean).map(Number);
+    const start = allIn("begin-start");
     if (start.length && (start.length !== 3 || start.some(Number.isNaN))) return this.#show(null, "Where the job began are three numbers: X, Y and Z.");
-    const clearance = this.#input("begin-clearance").value;
-    this.#asked = {line, clearance: clearance === "" ? null : Number(clearance), spin_up: Number(this.#input("begin-spin").value) || 0, start: start.length ? start : null};
+    const clearance = mmIn("begin-clearance");
+    this.#asked = {line, clearance: Number.isNaN(clearance) ? null : clearance, spin_up: Number(this.#input("begin-spin").value) || 0, start: start.length ? start : null};
     this.machine.ask(this.#asked);
   }
 

@@ -1,7 +1,7 @@
 // @ts-check
 // The dialogue in which a board is connected: a port, a baud rate.
 
-import {by, make, say} from "dom";
+import {by, lead, make, say} from "dom";
 import {nameOf, ports} from "serial";
 
 /** @typedef {import("machines").Machines} Machines */
@@ -38,7 +38,7 @@ export function listenForPorts(machines, isFree) {
     by("ports-leave").hidden = !machines.hasBoard;
     say(by("ports-text"), !all ? "This browser has no Web Serial. Chrome, Edge and Opera on a desktop computer have it." : isFree() ? "" : "A job is under way: reset it first.");
     for (const button of dialog.querySelectorAll("button:not([value])")) /** @type {HTMLButtonElement} */ (button).disabled = !isFree();
-    dialog.showModal();
+    lead(dialog, by("connect"));
   });
   by("ports-choose").addEventListener("click", () => {
     // Who chooses nothing connects nothing.

@@ -39,6 +39,33 @@ export function say(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
+/** Whether a dialogue has the page. */
+export function hasDialog() {
+  return document.querySelector("dialog[open]") !== null;
+}
+
+/** The button that led to the last dialogue: the focus comes back to it, as long as nothing else has got it. @type {HTMLButtonElement | null} */
+let owed = null;
+document.addEventListener("focusin", ({target}) => {
+  if (target !== owed && !hasDialog()) owed = null;
+});
+
+/** Opens a dialogue that a button leads to. @param {HTMLDialogElement} dialog @param {HTMLElement} opener */
+export function lead(dialog, opener) {
+  dialog.showModal();
+  dialog.onclose = () => {
+    owed = /** @type {HTMLButtonElement} */ (opener);
+    giveFocusBack();
+  };
+}
+
+/** Gives the focus back to the button that led to the last dialogue, once it can be pressed. */
+export function giveFocusBack() {
+  if (!owed || owed.disabled || hasDialog()) return;
+  // The browser takes the focus away from what is gone with its next frame only.
+  if (document.activeElement?.matches("body, :disabled, dialog:not([open]) *") ?? true) owed.focus();
+}
+
 /** Saves a text as a file. @param {string} name @param {string} text */
 export function download(name, text) {
   make("a", {href: URL.createObjectURL(new Blob([text], {type: "text/plain"})), download: name}).click();

@@ -1,7 +1,7 @@
 // @ts-check
 // Which buttons may be pressed now.
 
-import {by} from "dom";
+import {by, giveFocusBack} from "dom";
 import {needsReset} from "life";
 
 /**
@@ -27,4 +27,5 @@ export function enableAll({may, isOpen, looks, free, state, job, hasBox}) {
   if (needsReset(state)) allow(false, "home");
   allow(isOpen, "hold", "reset");
   allow(may && /^(Hold|Door|Tool)/.test(state?.name ?? ""), "resume");
+  giveFocusBack();
 }

@@ -1,7 +1,8 @@
 // @ts-check
 // Frame: the tool goes round the box of the job, its beam off or at a low power.
 
-import {by, say} from "dom";
+import {by, lead, say} from "dom";
+import {mmIn, place, sides} from "units";
 
 /** @typedef {import("scene").Box} Box */
 
@@ -43,10 +44,10 @@ export function listenForFraming(machine) {
     if (!box) return;
     const {z, laser, offset} = machine.now();
     const height = heightOf(box, z);
-    const size = [0, 1].map((axis) => (box.high[axis] - box.low[axis]).toFixed(2)).join(" × ");
-    say(by("framing-text"), `The tool goes round the job, ${size} mm, at Z ${((height ?? z) - offset).toFixed(3)}${height === null ? ", where it is" : ", to which it rises first"}.`);
+    const size = sides([0, 1].map((axis) => box.high[axis] - box.low[axis]));
+    say(by("framing-text"), `The tool goes round the job, ${size}, at Z ${place((height ?? z) - offset)}${height === null ? ", where it is" : ", to which it rises first"}.`);
     by("framing-beam").hidden = !laser;
-    dialog.showModal();
+    lead(dialog, by("frame"));
   });
   by("framing-go").addEventListener("click", () => {
     const box = machine.box();
@@ -54,7 +55,7 @@ export function listenForFraming(machine) {
     if (!box) return;
     const {z, full, laser, spindle} = machine.now();
     const percent = laser ? Math.min(Math.max(Number(input("framing-power").value) || 0, 0), MOST) : 0;
-    const feed = Math.max(Number(input("framing-feed").value) || 1000, 1);
+    const feed = Math.max(Math.round(mmIn("framing-feed")) || 1000, 1);
     machine.go(linesAround(box, {feed, power: Math.floor((full * percent) / 100), height: heightOf(box, z), spindle}));
   });
 }

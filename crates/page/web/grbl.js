@@ -1,7 +1,7 @@
 // @ts-check
 // What a board with Grbl says, and boards that are Grbl as far as they are: what one leaves out is missing, and no fault.
 
-import {heatersOf} from "state";
+import {heatersOf, outputsOf} from "state";
 
 /** @typedef {import("state").State} State */
 /** @typedef {import("state").Setting} Setting */
@@ -61,6 +61,8 @@ export class Known {
   switches = 0;
   /** @type {State["heaters"]} */
   heaters = [];
+  /** @type {boolean[]} */
+  outputs = [];
   /** Free blocks and bytes, and the most that were ever free. @type {{blocks: number, bytes: number} | null} */
   free = null;
   most = {blocks: 0, bytes: 0};
@@ -118,6 +120,7 @@ export class Known {
     this.limits = bits(pins, this.axes);
     this.switches = bits(pins, ["P", "D", "H", "S", "R"]);
     this.heaters = heatersOf(fields);
+    this.outputs = outputsOf(fields);
     const [blocks, bytes] = numbers(by.get("Bf"));
     this.free = bytes === undefined ? null : {blocks, bytes};
     if (this.free) this.most = {blocks: Math.max(blocks, this.most.blocks), bytes: Math.max(bytes, this.most.bytes)};
@@ -173,10 +176,10 @@ export class Known {
 
   /** @param {boolean} quiet @param {number} seconds @returns {State} */
   state(quiet, seconds) {
-    const {name, alarm, message, doubt, overrides, limits, switches, feed, spindle, coolant, position, offset, heaters} = this;
+    const {name, alarm, message, doubt, overrides, limits, switches, feed, spindle, coolant, position, offset, heaters, outputs} = this;
     const full = this.setting(30) || 1000;
     return {
-      name, alarm, message, doubt, quiet, heaters, overrides, limits, switches, seconds, feed, spindle, coolant, position, offset,
+      name, alarm, message, doubt, quiet, heaters, outputs, overrides, limits, switches, seconds, feed, spindle, coolant, position, offset,
       power: Math.min(this.speed / full, 1), lines: 0, running: 0, moves: 0, done: 0, queued: NaN,
     };
   }

@@ -1,8 +1,9 @@
 // @ts-check
 // The height map: the probe touches the plate at the places of a grid over the job. The map is drawn, and the job is bent by it.
 
-import {by, download, make, say} from "dom";
+import {by, download, lead, make, say} from "dom";
 import {contactOf} from "grbl";
+import {mmIn, place, putMm, told} from "units";
 
 /** @typedef {import("scene").Box} Box */
 /** A grid of heights, machine coordinates, mm; row by row. @typedef {{columns: number[], rows: number[], heights: number[]}} HeightMap */
@@ -11,6 +12,8 @@ import {contactOf} from "grbl";
 const MOST = 900;
 /** The least side of a grid, mm: it takes two columns and two rows. */
 const LEAST = 1;
+/** How near places may be to each other, mm. */
+const CLOSEST = 0.5;
 /** How far a piece of the bent job may be from the map, mm. */
 const TOLERANCE = 0.005;
 
@@ -112,18 +115,17 @@ export class Heights {
   #open() {
     const {position, offset} = this.machine.now();
     const box = this.machine.box();
-    const travel = this.#input("travel");
-    if (travel.value === "" && box) travel.value = String(Number((Math.max(position[2], box.high[2]) - offset[2]).toFixed(3)));
+    if (Number.isNaN(mmIn("heights-travel")) && box) putMm("heights-travel", Math.max(position[2], box.high[2]) - offset[2]);
     this.#tell();
-    this.#dialog.showModal();
+    lead(this.#dialog, by("level"));
     this.#plan();
   }
 
   /** What will be probed; `null` if it cannot be. */
   #planned() {
     const box = this.machine.box();
-    const [spacing, travel, bottom, feed] = ["spacing", "travel", "bottom", "feed"].map((id) => Number(this.#input(id).value));
-    if (!box || !(spacing >= 0.5) || !(travel > bottom) || !(feed > 0)) return null;
+    const [spacing, travel, bottom, feed] = ["spacing", "travel", "bottom", "feed"].map((id) => mmIn(`heights-${id}`));
+    if (!box || !(spacing >= CLOSEST - 1e-6) || !(travel > bottom) || !(feed > 0)) return null;
     const grid = gridOver(box, spacing);
     const {offset, spindle} = this.machine.now();
     return {grid, lines: linesOver(grid, {travel, bottom, feed, offset: offset[2], spindle})};
@@ -133,7 +135,7 @@ export class Heights {
     const plan = this.#planned();
     const [x, y] = plan ? [plan.grid.columns.length, plan.grid.rows.length] : [0, 0];
     const isTooMany = x * y > MOST;
-    const words = !this.machine.box() ? "The job has no extent." : !plan ? "The tool travels higher than it probes, and places are 0.5 mm apart or more."
+    const words = !this.machine.box() ? "The job has no extent." : !plan ? `The tool travels higher than it probes, and places are ${told(CLOSEST)} apart or more.`
       : `${x} × ${y} = ${x * y} places${isTooMany ? `; ${MOST} at most` : ". These lines go out, one after the other:"}`;
     say(by("heights-facts"), words);
     by("heights-lines").replaceChildren(...(plan && !isTooMany ? plan.lines : []).map((text) => make("li", {text})));
@@ -165,8 +167,8 @@ export class Heights {
     const touched = contactOf(line, this.machine.now().unit.mm);
     if (!touched) return;
     const {grid} = this.#probing;
-    const place = places(grid)[this.#probing.touched++];
-    if (place) grid.heights[place.index] = touched[2];
+    const at = places(grid)[this.#probing.touched++];
+    if (at) grid.heights[at.index] = touched[2];
   }
 
   /** @param {HeightMap} map */
@@ -180,8 +182,7 @@ export class Heights {
   #tell() {
     const {map} = this;
     const zero = this.machine.now().offset[2];
-    const round = (/** @type {number} */ value) => (value - zero).toFixed(3);
-    say(by("heights-map"), map ? `The map has ${map.columns.length} × ${map.rows.length} places, Z ${round(Math.min(...map.heights))} to ${round(Math.max(...map.heights))}.` : "");
+    say(by("heights-map"), map ? `The map has ${map.columns.length} × ${map.rows.length} places, Z ${place(Math.min(...map.heights) - zero)} to ${place(Math.max(...map.heights) - zero)}.` : "");
     for (const id of ["heights-bend", "heights-save"]) /** @type {HTMLButtonElement} */ (by(id)).disabled = !map;
   }
 

@@ -1,7 +1,9 @@
 // @ts-check
 // Jogging: a step at a time, or for as long as a key or a button is held.
 
-import {by, make} from "dom";
+import {by, hasDialog, make} from "dom";
+import {listenForGamepads} from "gamepad";
+import {mmIn} from "units";
 
 /** The byte that ends a jog. */
 const CANCEL = 0x85;
@@ -21,13 +23,11 @@ const KEYS = {ArrowLeft: "X-", ArrowRight: "X+", ArrowUp: "Y+", ArrowDown: "Y-",
  * @typedef {object} Hands
  * @property {(line: string) => void} say
  * @property {(byte: number) => void} press
- * @property {() => {position: number[], travel: {low: number[], high: number[]}, softLimits: boolean}} machine
+ * @property {() => {position: number[], travel: {low: number[], high: number[]}, softLimits: boolean, jogs: boolean}} machine
  */
 
 export class Jog {
   #step = /** @type {HTMLSelectElement} */ (by("jog-step"));
-  #own = /** @type {HTMLInputElement} */ (by("jog-mm"));
-  #feed = /** @type {HTMLInputElement} */ (by("jog-feed"));
   #keys = /** @type {HTMLInputElement} */ (by("jog-keys"));
   #held = "";
   /** @type {import("state").Unit | null} */
@@ -40,19 +40,25 @@ export class Jog {
     document.addEventListener("keydown", (event) => this.#key(event, true));
     document.addEventListener("keyup", (event) => this.#key(event, false));
     window.addEventListener("blur", () => this.release());
+    listenForGamepads({
+      // A jog that is cancelled ends before another one begins: the machine would drop both.
+      begin: (ways) => {
+        const isFree = !this.hands.machine().jogs;
+        if (isFree) this.begin(ways);
+        return isFree;
+      },
+      end: () => this.release(),
+    });
   }
 
-  /** Takes another unit for steps and feed. @param {import("state").Unit} unit */
+  /** Takes another unit for steps. @param {import("state").Unit} unit */
   measure(unit) {
     if (this.#unit === unit) return;
-    const feed = (Number(this.#feed.value) || 1000) * (this.#unit?.mm ?? 1);
-    this.#feed.value = String(Math.round(feed / unit.mm));
     this.#unit = unit;
     const [chosen, ...others] = STEPS[unit.name];
     const options = [["hold", "while held"], ...[chosen, ...others].sort((a, b) => Number(a) - Number(b)).map((step) => [step, `${step} ${unit.name}`]), ["own", "own …"]];
     this.#step.replaceChildren(...options.map(([value, text]) => make("option", {value, text, selected: value === chosen})));
     by("jog-own").hidden = true;
-    for (const [id, name] of [["jog-unit", unit.name], ["jog-feed-unit", `${unit.name}/min`]]) by(id).textContent = name;
   }
 
   /** @param {string[]} axes */
@@ -82,20 +88,31 @@ export class Jog {
   press(way) {
     const axis = "XYZA".indexOf(way[0]);
     const sign = way[1] === "+" ? 1 : -1;
+    if (this.#step.value === "hold") return this.begin([way]);
     const mm = this.#unit?.mm ?? 1;
-    const feed = Math.max(Math.round((Number(this.#feed.value) || 100) * mm), 1);
-    if (this.#step.value !== "hold") {
-      const step = Number(this.#step.value === "own" ? this.#own.value : this.#step.value);
-      const length = axis < 3 ? step * mm : step;
-      if (step > 0) this.hands.say(`$J=G91G21${way[0]}${Number((sign * length).toFixed(5))}F${feed}`);
-      return;
-    }
-    this.#held = way;
+    // A rotary axis turns by as many degrees as the field has.
+    const own = mmIn("jog-mm") / (axis < 3 ? 1 : mm);
+    const length = this.#step.value === "own" ? own : Number(this.#step.value) * (axis < 3 ? mm : 1);
+    if (length > 0) this.hands.say(`$J=G91G21${way[0]}${Number((sign * length).toFixed(5))}F${this.#feed}`);
+  }
+
+  /** mm/min */
+  get #feed() {
+    return Math.max(Math.round(mmIn("jog-feed")) || 100, 1);
+  }
+
+  /** Jogs until `release`. @param {string[]} ways as far along each axis */
+  begin(ways) {
     const {position, travel, softLimits} = this.hands.machine();
-    const [low, high] = [travel.low[axis], travel.high[axis]];
-    const room = sign > 0 ? high - position[axis] : position[axis] - low;
-    const way_ = softLimits ? Math.max(room - 0.01, 0) : Math.max(high - low, 100);
-    if (way_ > 0.001) this.hands.say(`$J=G91G21${way[0]}${(sign * way_).toFixed(3)}F${feed}`);
+    this.#held = ways.join(" ");
+    const rooms = ways.map((way) => {
+      const axis = "XYZA".indexOf(way[0]);
+      const [low, high] = [travel.low[axis], travel.high[axis]];
+      const room = way[1] === "+" ? high - position[axis] : position[axis] - low;
+      return softLimits ? Math.max(room - 0.01, 0) : Math.max(high - low, 100);
+    });
+    const far = Math.min(...rooms);
+    if (far > 0.001) this.hands.say(`$J=G91G21${ways.map((way) => `${way.replace("+", "")}${far.toFixed(3)}`).join("")}F${this.#feed}`);
   }
 
   release() {
@@ -112,7 +129,7 @@ export class Jog {
     const way = KEYS[event.key];
     const target = /** @type {HTMLElement} */ (event.target);
     const isTyping = target.matches?.("input:not([type=checkbox]), select, textarea, [role=application], [role=tab], .program, .log, .scroll");
-    if (!way || !this.#keys.checked || isTyping) return;
+    if (!way || !this.#keys.checked || isTyping || hasDialog()) return;
     event.preventDefault();
     if (!down) this.release();
     else if (!event.repeat) this.press(way);

@@ -2,35 +2,30 @@
 // The page: brings the machine's frames to the panels, and what is pressed to the machine.
 
 import {ask} from "ask";
-import {listenForBackups} from "backup";
-import {Beginning, lineAt} from "begin";
 import {Chart} from "chart";
+import {Dialogues} from "dialogues";
 import {by, download, say, tabs} from "dom";
 import {listenForFiles} from "files";
-import {listenForFraming} from "framing";
 import {FROM, TO} from "frames";
 import {enableAll} from "enable";
 import {showHead, showRole, showSilence} from "head";
-import {Heights} from "heights";
 import {Job} from "job";
 import {Jog} from "jog";
-import {listenForPorts} from "connect";
 import {isBanner} from "grbl";
 import {listenForKeys} from "keys";
 import {isUnderWay, pauseOf} from "life";
 import {Machines} from "machines";
-import {Macros} from "macros";
-import {Console, Position, SettingsPanel, Switches, buildOverrides, showOverrides} from "panels";
+import {Console, Position, SettingsPanel, Switches, buildOverrides, showOutputs, showOverrides} from "panels";
 import {Overheard} from "overheard";
 import {Performer} from "perform";
 import {Picture} from "picture";
 import {Program} from "program";
-import {Path, shifted} from "scene";
+import {Path} from "scene";
 import {Scrub} from "scrub";
 import {Sender, isAnswer} from "sender";
 import {Settings} from "state";
 import {listenForTheme} from "theme";
-import {Touch} from "touch";
+import {measure} from "units";
 
 /** @typedef {import("state").State} State */
 /** @typedef {import("state").Hello} Hello */
@@ -68,13 +63,13 @@ let checkedZero = [];
 const scrub = new Scrub(() => picture.show());
 /** @type {Picture} */
 const picture = new Picture({
-  job, trace, settings, now: () => ({state, zero: zeroOfJob(), looked: scrub.place(), map: heights.map, hasRun}),
+  job, trace, settings, now: () => ({state, zero: zeroOfJob(), looked: scrub.place(), map: dialogues.heights.map, hasRun}),
   clear: () => link.send(TO.CLEAR),
 });
 const sender = new Sender({send: (text) => link.send(TO.WIRE, text), answered});
 const jog = new Jog({
   say: (line) => command(line, false), press,
-  machine: () => ({position: state?.position ?? [], travel: settings.travel, softLimits: settings.hasSoftLimits}),
+  machine: () => ({position: state?.position ?? [], travel: settings.travel, softLimits: settings.hasSoftLimits, jogs: state?.name === "Jog"}),
 });
 
 /** What each frame brings. @type {Record<number, (content: any) => void>} */
@@ -106,7 +101,7 @@ const frames = {
     enable();
   },
   [FROM.TAKEN]: take,
-  [FROM.REST]: (found) => beginning.take(found),
+  [FROM.REST]: (found) => dialogues.beginning.take(found),
   [FROM.PROFILE]: (profile) => {
     job.time(profile);
     scrub.load(job.path, profile.course);
@@ -116,6 +111,7 @@ const frames = {
   [FROM.SETTINGS]: (all) => {
     settings.load(all);
     settingsPanel.load(settings);
+    measure(settings.unit);
     jog.measure(settings.unit);
     job.unit = chart.unit = settings.unit;
     chart.draw();
@@ -134,10 +130,16 @@ function account() {
 function lost(lines) {
   const words = `An answer is lost: the board stands still, and ${lines} line${lines === 1 ? " has" : "s have"} no answer. ${account()}Nothing more is sent.`;
   job.stop("a lost answer", sender.oldest?.job);
-  sender.reset();
+  letGo();
   log.add(words, "bad");
   showSilence(words);
   enable();
+}
+
+/** Forgets all lines that are on the way: the machine has forgotten them too, or is another one. */
+function letGo() {
+  sender.reset();
+  performer.forget();
 }
 
 /** @param {boolean} isOpen @param {string} why it is not */
@@ -150,7 +152,7 @@ function opened(isOpen, why) {
   say(by("state"), "not connected");
   by("state").dataset.kind = "bad";
   job.stop("the loss of the connection");
-  sender.reset();
+  letGo();
   role = {controls: false, senders: []};
   enable();
 }
@@ -163,7 +165,7 @@ function greet(now) {
   say(by("where"), now.board ? "board" : "simulator");
   document.title = now.name ? `${now.name} · leadscrew` : "leadscrew";
   job.stop("a restart of the machine");
-  sender.reset();
+  letGo();
   jobLines.clear();
   sender.room = Math.max(now.receive_buffer - 1, 16);
   trace.clear(0);
@@ -179,7 +181,7 @@ function takeRole(now) {
   showRole(now);
   if (!now.controls) {
     job.stop("another program");
-    sender.reset();
+    letGo();
   }
   enable();
 }
@@ -202,18 +204,13 @@ function wire({channel, fromMachine, number, bytes}) {
     if (isBanner(line)) {
       if (isOwn && isUnderWay(job.life)) log.add(`The machine was reset. ${account()}`, "bad");
       if (isOwn) job.stop("a reset");
-      if (isOwn) {
-        sender.reset();
-        performer.stop();
-      }
+      if (isOwn) letGo();
       jobLines.clear();
     }
     if (!line.startsWith("<") && line !== "ok" && overheard.isFirst(channel, line)) log.add(line, /^(error|ALARM)/.test(line) ? "bad" : "heard");
-    if (isOwn) {
-      heights.hear(line);
-      touch.hear(line, settings.unit.mm);
-      performer.hear(line);
-    }
+    // An alarm is told on each line of the machine's, and stops what is under way with the first.
+    if (isOwn || line.startsWith("ALARM:")) dialogues.hear(line);
+    if (isOwn) performer.hear(line);
     if (line.startsWith("ALARM:")) {
       performer.stop();
       // If it is no matter of motion, the machine had come to the oldest line without an answer.
@@ -267,13 +264,14 @@ function isBusy() {
 function showState(now) {
   const before = state;
   state = now;
-  touch.follow(now, sender.first);
-  sender.isAside = touch.isChange;
+  dialogues.touch.follow(now, sender.first);
+  sender.isAside = dialogues.touch.isChange;
   performer.follow(now.name);
   const pause = pauseOf(now, sender.oldest?.text ?? "");
   showHead(now, pause, hello?.faults ?? {}, settings.value(22) !== 0);
   position.show(now, settings.isLaser, settings.value(30), settings.unit);
   showOverrides(now);
+  showOutputs(now, (line) => command(line));
   switches.show(now);
   if (chart.note(now)) chart.draw();
   followJob(now, pause);
@@ -322,8 +320,9 @@ function zeroOfJob() {
 
 function enable() {
   enableAll({
-    may: role.controls && link.isOpen, isOpen: link.isOpen, looks: link.looks, free: isFree(), state, job, hasBox: boxOfJob() !== null,
+    may: role.controls && link.isOpen, isOpen: link.isOpen, looks: link.looks, free: isFree(), state, job, hasBox: dialogues.box() !== null,
   });
+  dialogues.follow();
   scrub.show(job.profile !== null && !isUnderWay(job.life));
 }
 
@@ -334,7 +333,7 @@ function enable() {
 function take(made) {
   // It was dropped on another page.
   if (!job.text) return;
-  if (made.level) heights.bent("refused" in made ? made.refused : undefined);
+  if (made.level) dialogues.heights.bent("refused" in made ? made.refused : undefined);
   if (made.level && "refused" in made) return;
   if ("refused" in made) return discard(made.refused);
   const flat = made.level ? job.level : null;
@@ -399,19 +398,6 @@ function start(line = 1, ahead = []) {
   enable();
 }
 
-/** The line at which the job stands: where it was stopped, or its first. */
-function standsAt() {
-  if (job.life.at !== "stopped") return 1;
-  const zero = zeroOfJob();
-  return lineAt(job.path, zero.map((place, axis) => (state?.position[axis] ?? 0) - place), job.life.line);
-}
-
-const beginning = new Beginning({
-  job: () => ({lines: job.lines.length, line: standsAt()}),
-  ask: (resume) => link.look({name: job.name, resume}, job.text),
-  go: (line, preamble) => dare(() => start(line, preamble)),
-});
-
 /** Whether nothing is under way. @returns {boolean} */
 function isFree() {
   return state?.name === "Idle" && state.quiet && !isUnderWay(job.life) && !sender.isRunning && !performer.isBusy;
@@ -420,40 +406,17 @@ function isFree() {
 /** @type {Performer} */
 const performer = new Performer({
   send: (line) => command(line),
-  isFree: () => isFree() || (touch.isChange && /^(Hold|Tool)/.test(state?.name ?? "")),
+  isFree: () => isFree() || (dialogues.touch.isChange && /^(Hold|Tool)/.test(state?.name ?? "")),
   log: (words, kind) => log.add(words, kind),
+  ended: enable,
 });
 
-new Macros(({name, lines}) => performer.do(lines, name));
-
-/** @type {Touch} */
-const touch = new Touch({
-  probe: (steps) => touch.isChange ? performer.do(steps, "touch off") : performer.inMillimetres(steps, "touch off"),
-  here: (line) => touch.isChange ? performer.do([`G21${line}`], "touch off") : performer.inMillimetres([line], "touch off"),
-});
-
-const heights = new Heights({
-  box: boxOfJob, isFree,
-  now: () => ({position: state?.position ?? [], offset: state?.offset ?? [0, 0, 0], spindle: (state?.spindle ?? 0) > 0, unit: settings.unit}),
-  go: (steps, ended) => performer.inMillimetres(steps, "height map", ended),
-  bend: (level) => link.look({name: job.name, level}, job.level),
-  changed: () => {
-    picture.drawLegend();
-    picture.show();
-  },
-});
-
-/** The box of the job, machine coordinates. @returns {import("scene").Box | null} */
-function boxOfJob() {
-  const {x, y} = job.checked?.extents ?? {};
-  const [low, high] = [job.path.box?.low[2] ?? 0, job.path.box?.high[2] ?? 0];
-  return x && y ? shifted({low: [x.min, y.min, low], high: [x.max, y.max, high]}, zeroOfJob()) : null;
-}
+/** @type {Dialogues} */
+const dialogues = new Dialogues({state: () => state, settings, job, link, performer, picture, isFree, zero: zeroOfJob, begin: (line, preamble) => dare(() => start(line, preamble))});
 
 function reset() {
   job.stop("a reset");
-  sender.reset();
-  performer.stop();
+  letGo();
   press(RESET);
 }
 
@@ -480,13 +443,6 @@ function begin() {
       check();
     },
   });
-  listenForFraming({
-    box: boxOfJob,
-    now: () => ({z: state?.position[2] ?? 0, full: settings.value(30), laser: settings.isLaser, spindle: (state?.spindle ?? 0) > 0, offset: state?.offset[2] ?? 0}),
-    go: (lines) => performer.do(lines, "frame"),
-  });
-  listenForBackups(settings, (lines, words) => performer.do(lines, words, {stops: false}));
-  listenForPorts(link, () => !isUnderWay(job.life));
   window.addEventListener("beforeunload", (event) => {
     if (link.hasBoard && isUnderWay(job.life)) event.preventDefault();
   });

@@ -81,14 +81,35 @@ export function buildOverrides(press) {
     return make("div", {class: "override", role: "group", "aria-label": `${name} override`}, [
       make("span", {text: name}), make("b", {id: `override-${name.toLowerCase()}`, text: "100 %"}), ...all]);
   });
-  const more = [["Spindle stop", 0x9e], ["Flood", 0xa0], ["Mist", 0xa1]].map(([label, byte]) =>
-    make("button", {text: String(label), onclick: () => press(Number(byte))}));
-  by("overrides").replaceChildren(...rows, make("div", {class: "row", role: "group", "aria-label": "Accessories"}, more));
+  const stop = make("button", {text: "Spindle stop", title: "In a hold: the spindle stands, and turns again", onclick: () => press(0x9e)});
+  const coolant = [["Flood", 0xa0], ["Mist", 0xa1]].map(([label, byte]) =>
+    make("button", {id: `coolant-${label}`, text: String(label), "aria-pressed": "false", onclick: () => press(Number(byte))}));
+  by("overrides").replaceChildren(...rows, make("div", {class: "row", role: "group", "aria-label": "Accessories"}, [stop, ...coolant]));
+}
+
+/** @param {HTMLElement} button @param {boolean} isOn */
+function showPressed(button, isOn) {
+  const now = String(isOn);
+  if (button.getAttribute("aria-pressed") !== now) button.setAttribute("aria-pressed", now);
 }
 
 /** @param {State} state */
 export function showOverrides(state) {
   for (const {name, index} of OVERRIDES) say(by(`override-${name.toLowerCase()}`), `${state.overrides[index]} %`);
+  ["Flood", "Mist"].forEach((name, bit) => showPressed(by(`coolant-${name}`), Boolean(state.coolant & (1 << bit))));
+}
+
+/** Shows the outputs that the machine reports; each button switches one (M64, M65). @param {State} state @param {(line: string) => void} send */
+export function showOutputs({outputs}, send) {
+  const place = by("outputs");
+  if (place.childElementCount !== outputs.length) {
+    place.replaceChildren(...outputs.map((_, number) => {
+      const button = make("button", {class: "drive", text: `Output ${number}`, title: `M64 P${number}: on; M65 P${number}: off`, "aria-pressed": "false"});
+      button.addEventListener("click", () => send(`${button.getAttribute("aria-pressed") === "true" ? "M65" : "M64"}P${number}`));
+      return button;
+    }));
+  }
+  outputs.forEach((isOn, number) => showPressed(/** @type {HTMLElement} */ (place.children[number]), isOn));
 }
 
 const SIMULATED = "The simulated machine's switches. Limit switches, probe and door stay as they are put; buttons spring back.";
@@ -119,10 +140,7 @@ export class Switches {
 
   /** @param {State} state */
   show(state) {
-    for (const {button, pressed} of this.#all) {
-      const now = String(pressed(state));
-      if (button.getAttribute("aria-pressed") !== now) button.setAttribute("aria-pressed", now);
-    }
+    for (const {button, pressed} of this.#all) showPressed(button, pressed(state));
   }
 }
 

@@ -1,7 +1,7 @@
 // @ts-check
 // Lines of a person's that are no job: they go out one after the other, each when the one before is answered.
 
-/** A line, or what makes it when its turn comes. @typedef {string | (() => string)} Step */
+/** A line, or what makes it when its turn comes; `null` ends them all. @typedef {string | (() => string | null)} Step */
 
 /** Lines that are named if they are not sent. */
 const NAMED = 8;
@@ -11,6 +11,7 @@ const NAMED = 8;
  * @property {(line: string) => boolean} send answers whether it could
  * @property {() => boolean} isFree whether nothing is under way
  * @property {(words: string, kind: "note" | "bad") => void} log
+ * @property {() => void} ended no more lines are on the way
  */
 
 export class Performer {
@@ -20,6 +21,8 @@ export class Performer {
   #stops = true;
   /** The modes in force before, as `$G` tells them. */
   #modes = "";
+  /** What puts those modes back that lines have left which ended early: it goes out when the machine takes it. @type {string[]} */
+  #owed = [];
   /** @type {(isWhole: boolean) => void} */
   #ended = () => {};
   /** How many reports told of a machine that does not jog, since a line waits for that. @type {{still: number} | null} */
@@ -51,11 +54,16 @@ export class Performer {
     this.#next();
   }
 
-  /** Sends lines in mm, and puts the modes back that were in force. @param {Step[]} steps @param {string} what @param {(isWhole: boolean) => void} [ended] */
-  inMillimetres(steps, what, ended) {
+  /** Sends lines in mm, and puts the modes back that were in force, an alarm or not. @param {Step[]} steps @param {string} what @param {(isWhole: boolean) => void} [ended] */
+  inMillimetres(steps, what, ended = () => {}) {
     this.#modes = "";
     const back = () => `G0${["G20", "G91"].filter((mode) => this.#modes.split(" ").includes(mode)).join("")}`;
-    this.do(["$G", "G21G90G94", ...steps, "G90", back], what, {ended});
+    this.do(["$G", "G21G90G94", ...steps, "G90", back], what, {
+      ended: (isWhole) => {
+        if (!isWhole && this.#modes) this.#owed = ["G90", back()];
+        ended(isWhole);
+      },
+    });
   }
 
   /** Hears a line of the machine's. @param {string} line */
@@ -66,7 +74,9 @@ export class Performer {
   #next() {
     const step = this.#steps.shift() ?? "";
     const before = this.#now;
-    this.#now = typeof step === "function" ? step() : step;
+    const line = typeof step === "function" ? step() : step;
+    if (line === null) return this.#end(false);
+    this.#now = line;
     if (this.#now === "") return this.#end(true);
     // A jog is answered when it begins, and a machine that jogs takes nothing but jogs.
     if (before.startsWith("$J=") && !this.#now.startsWith("$J=")) this.#waiting = {still: 0};
@@ -80,6 +90,11 @@ export class Performer {
 
   /** Follows the machine's reports. @param {string} state */
   follow(state) {
+    if (this.#owed.length && state === "Idle" && this.machine.isFree()) {
+      const owed = this.#owed;
+      this.#owed = [];
+      this.do(owed, "the modes as before");
+    }
     if (!this.#waiting) return;
     this.#waiting.still = state.startsWith("Jog") ? 0 : this.#waiting.still + 1;
     if (this.#waiting.still > 1) this.#send();
@@ -90,11 +105,18 @@ export class Performer {
     const ended = this.#ended;
     [this.#steps, this.#now, this.#waiting, this.#ended] = [[], "", null, () => {}];
     ended(isWhole);
+    this.machine.ended();
   }
 
   /** Sends nothing more. */
   stop() {
     if (this.isBusy) this.#end(false);
+  }
+
+  /** The machine has forgotten its modes, or is another one. */
+  forget() {
+    this.stop();
+    this.#owed = [];
   }
 
   /** A line that is none of the job's has been answered. @param {string} line @param {string} answer */

@@ -6,6 +6,7 @@
  * @property {string} name as status reports spell it
  * @property {boolean} quiet whether nothing is under way: no motion, no line, no wait
  * @property {{name: string, now: number, target: number}[]} heaters Celsius
+ * @property {boolean[]} outputs whether each output of M62 to M65 is on
  * @property {string} alarm `ALARM:1` while the machine is locked by it, else empty
  * @property {string} message the message that came with the state, such as `Reset to continue`; else empty
  * @property {number[]} overrides feed, rapid, spindle: percent
@@ -73,6 +74,7 @@ export function readState(bytes) {
     name, alarm, message, doubt: "",
     quiet: bytes[1] === 1,
     heaters: heatersOf(fields),
+    outputs: outputsOf(fields),
     overrides: [bytes[2], bytes[3], bytes[4]],
     limits: bytes[5],
     switches: bytes[6],
@@ -104,6 +106,11 @@ export function heatersOf(fields) {
     const [name, now, target] = one.split(",");
     return {name: HEATERS[name] ?? name, now: Number(now), target: Number(target)};
   });
+}
+
+/** Outputs in the fields of a report: `Out:0100`. @param {string[]} fields */
+export function outputsOf(fields) {
+  return [...(fields.find((one) => one.startsWith("Out:"))?.slice(4) ?? "")].map((one) => one === "1");
 }
 
 /** A unit of length: in mm, its name, and the digits behind the point that tell a step. @typedef {{mm: number, name: string, digits: number}} Unit */

@@ -4,6 +4,7 @@
 import {by, say} from "dom";
 import {contactOf} from "grbl";
 import {toolOf} from "life";
+import {mmIn} from "units";
 
 /** @typedef {import("state").State} State */
 /** @typedef {import("sender").Line} Line */
@@ -34,11 +35,19 @@ export class Touch {
 
   /** @param {{probe: (steps: import("perform").Step[]) => void, here: (line: string) => void}} machine */
   constructor(machine) {
-    const value = (/** @type {string} */ id) => Number(/** @type {HTMLInputElement} */ (by(`touch-${id}`)).value) || 0;
+    const value = (/** @type {string} */ id) => mmIn(`touch-${id}`) || 0;
     by("touch-open").addEventListener("click", () => {
       this.#isOpen = !this.#isOpen;
       this.#show();
-      if (this.#isOpen) this.#panel.scrollIntoView({block: "nearest"});
+      if (!this.#isOpen) return;
+      this.#panel.focus();
+      this.#panel.scrollIntoView({block: "nearest"});
+    });
+    this.#panel.addEventListener("keydown", (event) => {
+      if (event.key !== "Escape" || !this.#isOpen) return;
+      this.#isOpen = false;
+      by("touch-open").focus();
+      this.#show();
     });
     by("touch-probe").addEventListener("click", () => {
       const [down, feed] = [Math.abs(value("down")), value("feed")];
