@@ -125,36 +125,7 @@ export const boardCases = [
     await page.waitForFunction(() => document.getElementById("where").textContent === "simulator" && document.getElementById("state").textContent === "Idle");
     assert.notEqual(await page.locator("#setting-110").inputValue(), "777.000");
   }),
-  ...[2, 11, 40, 43].map((number) => withMachine(`the ok to line ${number} is lost, which is said, and nothing is sent twice`, async ({page, stand, board}) => {
-    await connectPort(page);
-    await dropped(page, "long.nc", LONG.join("\n"));
-    board.lose(number);
-    await run(page);
-    await reads(page, "^stopped by a lost answer at line \\d+$");
-    assert.match(await text(page, "#silent"), /An answer is lost: the board stands still, and 1 line has no answer\. long\.nc: answered up to line 42, sent up to line 43\./);
-    assert.deepEqual(stand.job, LONG);
-    assert.equal(await page.locator("#doubt").isHidden(), true, "the place is known");
-    await page.waitForFunction(() => !document.getElementById("run").disabled);
-  }, {only: "file"})),
-  ...[1, 13, 30].map((number) => withMachine(`it is reset by somebody else at line ${number}, which is said`, async ({page, stand, board}) => {
-    await connectPort(page);
-    await dropped(page, "long.nc", LONG.join("\n"));
-    await run(page);
-    await stand.reached(number + 2);
-    if (number > 1) await isState(page, "Run");
-    board.hear([0x18]);
-    await reads(page, "^stopped by (a reset|ALARM:3) at line \\d+$");
-    assert.match(await log(page), /The machine was reset\. long\.nc: answered up to line \d+, sent up to line \d+|ALARM:3/);
-    await page.locator("#doubt").waitFor();
-    assert.match(await text(page, "#doubt"), /The place is not known: .*Home the machine, or set zero anew/);
-    isBeginning(stand.job, LONG);
-    const before = stand.job.length;
-    await sleep(1000);
-    assert.equal(stand.job.length, before, "nothing more is sent");
-    await page.getByRole("button", {name: "The place is right"}).click();
-    await page.locator("#doubt").waitFor({state: "hidden"});
-  }, {only: "file"})),
-  ...[3, 19, 36].map((number) => withMachine(`its cable is pulled at line ${number}, which is said; put in again, its place is known, and nothing is sent again`, async ({page, stand}) => {
+  ...[19].map((number) => withMachine(`its cable is pulled at line ${number}, which is said; put in again, its place is known, and nothing is sent again`, async ({page, stand}) => {
     await connectPort(page);
     await dropped(page, "long.nc", LONG.join("\n"));
     await run(page);
@@ -170,7 +141,7 @@ export const boardCases = [
     assert.equal(stand.job.length, sent);
     // It has gone on with the lines that it had: its place is what it says.
     assert.ok(await page.locator("#doubt").isHidden());
-  }, {only: number === 19 ? undefined : "file"})),
+  })),
   withMachine("what waits for a person is said as on the simulator, and hold, resume and reset go over the wire", async ({page, stand}) => {
     await connectPort(page);
     await dropped(page, "pause.nc", "G21 G90\nG1 X2 F3000\nM0 (turn the work)\nG1 X0\n");
@@ -335,7 +306,7 @@ export const boardCases = [
     assert.ok(board.most > 60 && board.most <= 128, `${board.most} bytes`);
     await shoot("recorded");
   }),
-  ...[20, 300].map((number) => withRecording(`it loses power for a moment at line ${number}: it has forgotten its place, which is said`, "spiral", async ({page, stand, board}) => {
+  ...[300].map((number) => withRecording(`it loses power for a moment at line ${number}: it has forgotten its place, which is said`, "spiral", async ({page, stand, board}) => {
     await connectPort(page);
     await dropped(page, "spiral.nc", board.program);
     await run(page);

@@ -13,7 +13,10 @@ import {pathToFileURL} from "node:url";
 import {chromium} from "playwright-core";
 import {boardCases} from "./board_cases.js";
 import {cases} from "./cases.js";
+import {dialogueCases} from "./dialogue_cases.js";
+import {faultCases} from "./fault_cases.js";
 import {plateCases} from "./plate_cases.js";
+import {probeCases} from "./probe_cases.js";
 import {viewCases} from "./view_cases.js";
 import {drop} from "./steps.js";
 import {PATIENCE, Server, sleep} from "./server.js";
@@ -83,7 +86,7 @@ async function attempt(one, way, open) {
   await server?.end();
 }
 
-for (const one of [...cases, ...boardCases, ...plateCases, ...viewCases].filter(({name}) => args.length === 0 || args.some((wanted) => name.includes(wanted)))) {
+for (const one of [...cases, ...boardCases, ...faultCases, ...plateCases, ...probeCases, ...dialogueCases, ...viewCases].filter(({name}) => args.length === 0 || args.some((wanted) => name.includes(wanted)))) {
   if (one.only !== "file") await attempt(one, "server", served);
   if (one.only !== "server") await attempt(one, "file", opened);
 }

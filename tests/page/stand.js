@@ -123,30 +123,11 @@ export class Stand {
 
 /** A machine of `leadscrew serve`, at its TCP line. */
 export class TcpBoard {
-  /** The number of the `ok` that is lost; 0 for none. */
-  loses = 0;
-  #oks = 0;
-  #begun = "";
-
   constructor(address) {
     const [host, port] = address.split(":");
     this.socket = connect({host, port: Number(port)});
     this.socket.setNoDelay(true);
-    this.socket.on("data", (bytes) => this.#hear(bytes));
-  }
-
-  #hear(bytes) {
-    if (!this.loses) return this.say(bytes);
-    const lines = (this.#begun + bytes.toString("latin1")).split("\n");
-    this.#begun = lines.pop();
-    const kept = lines.filter((line) => line.trim() !== "ok" || ++this.#oks !== this.loses);
-    if (kept.length) this.say(Buffer.from(`${kept.join("\n")}\n`, "latin1"));
-  }
-
-  /** Loses the `ok` of this number, counted from now. */
-  lose(number) {
-    this.#oks = 0;
-    this.loses = number;
+    this.socket.on("data", (bytes) => this.say(bytes));
   }
 
   hear(bytes) {
@@ -158,12 +139,66 @@ export class TcpBoard {
   }
 }
 
+/** A board on a bad line: at a line of a job something happens, once. The page's questions ($) do not count. */
+export class BadLine {
+  #lines = 0;
+  #sent = "";
+  #oks = 0;
+  #begun = "";
+  /** What happens when so many lines have come, and the number of the `ok` that is lost; 0 for none. */
+  #at = 0;
+  #act = () => {};
+  #loses = 0;
+
+  constructor(board) {
+    this.board = board;
+    board.say = (bytes) => this.#pass(bytes);
+  }
+
+  /** Loses the `ok` of this number, counted from the next line on. */
+  lose(number) {
+    [this.#lines, this.#oks, this.#loses] = [0, 0, number];
+  }
+
+  /** Does something when the board has got so many lines, counted from the next one on. */
+  at(lines, act) {
+    [this.#lines, this.#at, this.#act] = [0, lines, act];
+  }
+
+  open() {
+    this.board.open?.();
+  }
+
+  end() {
+    this.board.end();
+  }
+
+  hear(bytes) {
+    for (const byte of bytes) {
+      this.board.hear([byte]);
+      this.#sent += String.fromCharCode(byte);
+      if (byte !== 10) continue;
+      if (!/^[?!~]*\$/.test(this.#sent) && ++this.#lines === this.#at) this.#act();
+      this.#sent = "";
+    }
+  }
+
+  #pass(bytes) {
+    if (!this.#loses) return this.say(bytes);
+    const lines = (this.#begun + Buffer.from(bytes).toString("latin1")).split("\n");
+    this.#begun = lines.pop();
+    const kept = lines.filter((line) => line.trim() !== "ok" || !this.#lines || ++this.#oks !== this.#loses);
+    if (kept.length) this.say(Buffer.from(`${kept.join("\n")}\n`, "latin1"));
+  }
+}
+
 const recording = (name) => JSON.parse(readFileSync(new URL(name, CONFORMANCE), "utf8"));
 
 /** Grbl 1.1h as it was recorded: what it says of itself, and the places of a job, 20 ms apart. Its buffer of 128 bytes overflows as
  * that of a board does, and 15 moves are planned ahead. */
 export class RecordedBoard {
   #trace;
+  #speed;
   #answers = new Map();
   #waiting = "";
   #isDeaf = false;
@@ -173,7 +208,9 @@ export class RecordedBoard {
   most = 0;
   overruns = 0;
 
-  constructor(trace) {
+  /** @param {number} [speed] how many times as fast as it was recorded */
+  constructor(trace, speed = 1) {
+    this.#speed = speed;
     this.#trace = recording(`traces/${trace}.json`);
     this.program = readFileSync(new URL(`traces/${trace}.nc`, CONFORMANCE), "utf8");
     this.lines = this.program.trimEnd().split("\n");
@@ -217,7 +254,7 @@ export class RecordedBoard {
   }
 
   get #seconds() {
-    return this.#begun === null ? 0 : (performance.now() - this.#begun) / 1000;
+    return this.#begun === null ? 0 : ((performance.now() - this.#begun) / 1000) * this.#speed;
   }
 
   get #moves() {
