@@ -758,7 +758,9 @@ export const cases = [
         for (const type of ["dragenter", "drop"]) document.body.dispatchEvent(new DragEvent(type, {dataTransfer: data, bubbles: true, cancelable: true}));
       });
       const first = await page.evaluate(async () => {
-        while (globalThis.leadscrew.job.path.count < 200_000) await new Promise((resolve) => setTimeout(resolve, 10));
+        const {job, drawn} = globalThis.leadscrew;
+        // The whole path is in the picture, and what was checked is told.
+        while (!job.checked || drawn() < 200_000) await new Promise((resolve) => setTimeout(resolve, 10));
         return performance.now() - globalThis.dropped;
       });
       await page.waitForFunction(() => globalThis.leadscrew.job.checked !== null);

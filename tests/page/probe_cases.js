@@ -64,7 +64,7 @@ const WAYS = [
   {from: [41.5, 29, -7], values: {kind: "hole"}, zero: [40, 30, null], words: "Zero is in the middle of the hole, which is (11\\.9[89]|12|12\\.0[01])\\d* mm wide", only: "file"},
   // Through its middle a hole is as wide as a pocket.
   {from: [40, 30, -7], values: {kind: "inside", which: "1 1", aside: 10}, zero: [34, 24, null], words: "Zero is at the corner", only: "file"},
-  {from: [40, 30, -7], values: {kind: "inside", which: "-1 -1", aside: 10, beside: 0.5}, zero: [45.5, 35.5, null], words: "Zero is at the corner", only: "file"},
+  {from: [40, 30, -7], values: {kind: "inside", which: "-1 -1", aside: 10, beside: 0.5}, zero: [46.5, 36.5, null], words: "Zero is at the corner", only: "file"},
 ];
 
 /** How it fails: before it, and what is said. */

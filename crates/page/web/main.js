@@ -83,17 +83,14 @@ const frames = {
   [FROM.HELLO]: greet,
   [FROM.ROLE]: takeRole,
   [FROM.NOTE]: (words) => log.add(words, "note"),
-  [FROM.SCENE]: (moves) => {
-    job.path.append(job.path.first + job.path.count, moves);
+  // What was checked comes at once behind the last moves: a picture of each part would take longer than all of it.
+  [FROM.SCENE]: (moves) => job.path.append(job.path.first + job.path.count, moves),
+  [FROM.CHECK]: (found) => {
+    program.mark(job.note(found, (line) => program.show(line)));
     picture.drawLegend();
     picture.show();
     if (!isBusy()) picture.view.fit();
     picture.view.touch();
-  },
-  [FROM.CHECK]: (found) => {
-    program.mark(job.note(found, (line) => program.show(line)));
-    picture.show();
-    if (!isBusy()) picture.view.fit();
     enable();
   },
   [FROM.PLAIN]: (plain) => {
@@ -453,4 +450,4 @@ function begin() {
 
 begin();
 /** For tests. */
-Object.assign(globalThis, {leadscrew: {cost: () => picture.view.cost, draw: () => picture.view.draw(), state: () => state, shown: () => picture.view.shown, trace, job}});
+Object.assign(globalThis, {leadscrew: {cost: () => picture.view.cost, drawn: () => picture.view.drawn, draw: () => picture.view.draw(), state: () => state, shown: () => picture.view.shown, trace, job}});

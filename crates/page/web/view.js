@@ -40,6 +40,8 @@ export class View {
   #dirty = false;
   /** Script time of the last picture, ms. */
   cost = 0;
+  /** Moves of the job in the picture that was drawn last. */
+  drawn = 0;
   #now = new Path();
   /** What the layers show. */
   #aheadDrawn = "";
@@ -128,6 +130,7 @@ export class View {
     this.#drawBelow(shown, colour);
     this.#drawPaths(shown);
     this.#drawAbove(shown, colour);
+    this.drawn = shown.job.count;
     this.cost = performance.now() - begun;
   }
 
