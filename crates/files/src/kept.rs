@@ -127,14 +127,14 @@ impl Kept {
         };
         // A pipe is not opened, since that would wait for its writer.
         if !there.is_file() {
-            return Err(io::Error::other("is no file"));
+            return Err(io::Error::other("it is no file"));
         }
         let mut file = File::open(&self.path)?;
         let mut first = Vec::new();
         let head = self.begins.len() as u64;
         (&mut file).take(head).read_to_end(&mut first)?;
         if first != self.begins {
-            return Err(io::Error::other("belongs to something else"));
+            return Err(io::Error::other("it belongs to something else"));
         }
         file.rewind()?;
         Ok(Some(file))

@@ -125,7 +125,8 @@ impl fmt::Display for NoStateFile {
         let Self(path, why) = self;
         write!(
             f,
-            "{}: cannot keep the machine's state, it {why}; `--state FILE` takes a state file or a new name",
+            "{}: cannot keep the machine's state there: {why}; `--state FILE` takes a state file \
+             or a new name",
             leadscrew_files::shown(path)
         )
     }
@@ -298,14 +299,23 @@ mod tests {
     }
 
     #[test]
-    fn a_place_that_cannot_be_written_is_an_error() {
+    fn a_place_that_is_none_is_refused_in_a_sentence() {
         let (folder, _) = file();
-        std::fs::write(folder.path().join("file"), "").unwrap();
-        let place = folder.path().join("file").join("state");
-        let refused = StateFile::new(&place).unwrap_err().to_string();
-        assert!(
-            refused.contains("cannot keep the machine's state"),
-            "{refused}"
-        );
+        let other = folder.path().join("file");
+        std::fs::write(&other, "").unwrap();
+        let beyond = other.join("state");
+        let unread = std::fs::metadata(&beyond).unwrap_err().to_string();
+        for (place, why) in [
+            (folder.path(), "it is no file"),
+            (&other, "it belongs to something else"),
+            (&beyond, &unread),
+        ] {
+            let expected = format!(
+                "{}: cannot keep the machine's state there: {why}; `--state FILE` takes a state \
+                 file or a new name",
+                leadscrew_files::shown(place)
+            );
+            assert_eq!(StateFile::new(place).unwrap_err().to_string(), expected);
+        }
     }
 }
