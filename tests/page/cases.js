@@ -268,6 +268,7 @@ export const cases = [
       await page.waitForFunction(() => /^done in/.test(document.getElementById("job-time").textContent));
       assert.equal(await text(page, axis("Y")), "0.000");
       assert.equal(await page.evaluate(() => globalThis.leadscrew.trace.count), 5);
+      assert.deepEqual(await page.evaluate(() => ["now", "done"].map((name) => document.querySelectorAll(`#program .${name}`).length)), [0, 5], "no line runs any more");
     },
   },
   {

@@ -49,14 +49,16 @@ function outside(how, touched, stop) {
     const to = (/** @type {number} */ mm, /** @type {string} */ words) => line(`G53G0${AXES[axis]}${fixed(mm)}`, words);
     const out = from[axis] - into[axis] * aside;
     const touch = `G38.2${AXES[axis]}${fixed(into[axis] * aside)}F${fixed(feed)}`;
-    const clear = () => {
-      if (touched.at(-1) === null) return touch;
+    const isClear = () => touched[1 + 2 * axis] === null;
+    const orUp = () => {
+      if (isClear()) return touch;
       stop(`beside the work the tool met something on its way down: go farther aside than ${told(aside)}`);
-      return null;
+      return up.make();
     };
+    const back = to(out, "back");
     return [
-      to(out, "aside, beyond the work"), line(`G38.3Z${fixed(-OFF - depth)}F${fixed(feed)}`, "down beside it; ends if it touches"),
-      {make: clear, shown: touch, words: "to the side, until it touches"}, to(out, "back"), up, to(from[axis], "over the work"),
+      to(out, "aside, beyond the work"), line(`G38.3Z${fixed(-OFF - depth)}F${fixed(feed)}`, "down beside it; up again, and no more, if it touches"),
+      {make: orUp, shown: touch, words: "to the side, until it touches"}, {...back, make: () => (isClear() ? back.make() : null)}, up, to(from[axis], "over the work"),
     ];
   };
   const corner = {make: () => `G53G0X${fixed(edge(0))}Y${fixed(edge(1))}`, shown: "G53G0X[side]Y[side]", words: "over the corner"};

@@ -286,7 +286,7 @@ function showState(now) {
 function followJob(now, pause) {
   const line = jobLines.get(now.running) ?? 0;
   const waits = pause && isUnderWay(job.life) ? sender.oldest?.job : 0;
-  if (waits || line) program.run(waits || line);
+  if (job.life.at !== "done" && (waits || line)) program.run(waits || line);
   const life = job.life;
   if (life.at !== "running" && life.at !== "waiting" && life.at !== "held") return;
   const at = line || sender.oldest?.job || life.line;
@@ -296,6 +296,7 @@ function followJob(now, pause) {
     sender.stop();
   } else if (!sender.isRunning && /^(Idle|Check)$/.test(now.name) && now.quiet) {
     job.enter({at: "done", seconds: now.seconds - jobBegan});
+    program.run(program.lines.length + 1);
   } else if (pause) {
     job.enter({at: pause.kind, line: sender.oldest?.job ?? at, why: pause.why});
   } else {
