@@ -62,6 +62,7 @@ const TIM5_IRQ: u32 = 50;
 const PVD_IRQ: u32 = 1;
 const TIM4: u32 = 0x4000_0800;
 const TIM9: u32 = 0x4001_4000;
+const SYSCFG_MEMRMP: u32 = 0x4001_3800;
 const SYSCFG_EXTICR2: u32 = 0x4001_380C;
 /// Offsets of a port's registers: alternate functions of pins 0 to 7 and 8 to 15.
 const AFRL: u32 = 0x20;
@@ -92,6 +93,12 @@ pub(crate) const PLANTED: &[Planted] = &[
         &["costs"],
     ),
     planted(
+        "the caches of the flash are on while they are emptied",
+        FLASH,
+        |word| Some(word | 0b11 << 9),
+        &["power-loss"],
+    ),
+    planted(
         "a board's record is not summed up as it is",
         CRC,
         |word| Some(word ^ 1),
@@ -102,6 +109,18 @@ pub(crate) const PLANTED: &[Planted] = &[
         GPIOA,
         |word| Some(word & !(0b11 << 16) | 0b01 << 16),
         &["no-record"],
+    ),
+    planted(
+        "the motors' enable pin is driven with the safe levels",
+        GPIOE,
+        |word| Some(word & !(0b11 << 26) | 0b01 << 26),
+        &["another-chip"],
+    ),
+    planted(
+        "the loader does not find its memory at address 0",
+        SYSCFG_MEMRMP,
+        |word| (word & 0b11 != 0b01).then_some(word),
+        &["loader"],
     ),
     planted(
         "power that is on while low has the usual polarity",
@@ -466,6 +485,19 @@ pub(crate) const PLANTED: &[Planted] = &[
             let is_configuration = word & 0xFFFF == 0x0209;
             Some(if is_configuration {
                 word + (1 << 16)
+            } else {
+                word
+            })
+        },
+        &["usb"],
+    ),
+    planted(
+        "USB: the serial number states a byte too few",
+        OTG_FS_FIFO_0,
+        // Two bytes and 24 digits of two bytes each.
+        |word| {
+            Some(if word & 0xFFFF == 0x0332 {
+                word - 1
             } else {
                 word
             })
