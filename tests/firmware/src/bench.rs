@@ -36,6 +36,8 @@ const ANSWER_SECONDS: f64 = 2.0;
 /// The allowed error of the line's rate: 1 %. That is less than half of a receiver's tolerance when
 /// the other end is 1 % off as well (RM0090 section 30.3.5).
 const RATE_ERROR: f64 = 0.01;
+/// Bytes of a flood that wait at any time: 3 ms of USB's packets, 20 ms at 2 Mbaud.
+const FLOOD_BYTES: usize = 4_000;
 /// Cycles between two looks at the received bytes: 119 µs.
 const SLICE: u64 = 20_000;
 
@@ -55,6 +57,17 @@ pub(crate) struct Bench {
     incoming: Vec<u8>,
     /// True if input and output go over USB.
     over_usb: bool,
+    /// What comes on the other line without end.
+    flood: Option<Flood>,
+}
+
+/// Bytes that come again and again, as fast as a line takes them, from a sender that reads all
+/// answers.
+#[derive(Clone, Copy)]
+pub(crate) struct Flood {
+    /// True if they come over USB, false if on the serial line.
+    pub(crate) over_usb: bool,
+    pub(crate) bytes: &'static [u8],
 }
 
 impl Bench {
@@ -96,6 +109,7 @@ impl Bench {
             baud: build.baud,
             incoming: Vec::new(),
             over_usb: false,
+            flood: None,
         })
     }
 
@@ -138,6 +152,7 @@ impl Bench {
 
     /// Lets time pass up to a cycle.
     pub(crate) fn run_to(&mut self, cycle: u64) -> Result<(), Failure> {
+        self.fill_flood();
         let stopped = self.machine.run_until(cycle);
         self.pins.follow(&mut self.machine);
         self.follow_plant();
@@ -183,8 +198,38 @@ impl Bench {
     /// Pulls the USB cable out and goes on over the serial line.
     pub(crate) fn unplug_usb(&mut self) {
         self.machine.usb_plug(false);
+        self.use_serial();
+    }
+
+    /// Goes on over the serial line; the USB cable stays plugged in.
+    pub(crate) fn use_serial(&mut self) {
         self.over_usb = false;
         self.incoming.clear();
+    }
+
+    /// Floods the line that is not in use from now on. Time must pass in steps of 3 ms at most.
+    pub(crate) fn flood(&mut self, flood: Flood) {
+        self.flood = Some(flood);
+    }
+
+    /// Lets so many bytes of the flood wait that none is missing for 3 ms.
+    fn fill_flood(&mut self) {
+        let Some(Flood { over_usb, bytes }) = self.flood else {
+            return;
+        };
+        let (machine, line) = (&mut self.machine, self.wiring.line);
+        let waiting = match over_usb {
+            true => machine.usb_unsent(),
+            false => machine.uart_unsent(line),
+        };
+        let more = bytes.repeat(FLOOD_BYTES.saturating_sub(waiting) / bytes.len());
+        if over_usb {
+            machine.usb_send(&more);
+            machine.usb_out().clear();
+        } else {
+            machine.uart_send(line, &more);
+            machine.uart_out(line).clear();
+        }
     }
 
     /// Sends bytes.

@@ -4,6 +4,7 @@ mod boards;
 mod bootloader;
 pub(crate) mod costs;
 mod endings;
+mod floods;
 mod homing;
 mod interrupts;
 mod late;
@@ -421,7 +422,7 @@ pub(crate) const CHECKS: &[Check] = &[
     },
     Check {
         name: "usb",
-        what: "a host sets the device up; jobs to the step, both lines at once, 0x18 within 1 ms, ! within 5 ms while the other line floods, the cable pulled",
+        what: "a host sets the device up; jobs to the step, both lines at once, 0x18 within 1 ms, the cable pulled; while one line is flooded, a job on the other runs on and ! acts within 5 ms",
         needs: &["usual", "fast"],
         run: usb::usb,
     },

@@ -1,10 +1,11 @@
 //! The second serial line: USB, with a host at the other end of the cable.
 use super::{
-    stopping::{last_step, moving, INTERVAL_US},
+    floods::floods,
+    stopping::{last_step, moving},
     Figures,
 };
 use crate::{
-    bench::{cycles, ensure, fail, micros_between, Bench, Failure, BANNER},
+    bench::{ensure, fail, micros_between, Bench, Failure, BANNER},
     compare, desk,
     firmware::{Build, Firmware},
     job::Job,
@@ -215,97 +216,6 @@ fn unread(bench: &Bench, figures: &mut Figures) -> Result<(), Failure> {
     })
 }
 
-/// The longest time from `!` on one line to the first longer interval between steps while the other
-/// line floods, µs.
-const HOLD_US: f64 = 5_000.0;
-/// Bytes of the flood that wait at any time, and the time between two looks, s.
-const FLOOD: usize = 4_000;
-const REFILL_SECONDS: f64 = 0.5e-3;
-/// The flood goes on for so long before and after `!`, s.
-const FLOOD_SECONDS: f64 = 20e-3;
-
-/// The line that floods with queries as fast as it can; `!` comes on the other one.
-#[derive(Clone, Copy)]
-enum Flood {
-    Serial,
-    Usb,
-}
-
-impl Flood {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Serial => "! over USB while the serial line floods ? at 2 Mbaud",
-            Self::Usb => "! on the serial line while USB floods ? as fast as packets go",
-        }
-    }
-
-    fn fill(self, bench: &mut Bench) {
-        let machine = &mut bench.machine;
-        let waiting = match self {
-            Self::Serial => machine.uart_unsent(LINE),
-            Self::Usb => machine.usb_unsent(),
-        };
-        let queries = b"?".repeat(FLOOD.saturating_sub(waiting));
-        match self {
-            Self::Serial => machine.uart_send(LINE, &queries),
-            Self::Usb => machine.usb_send(&queries),
-        }
-    }
-
-    fn hold(self, bench: &mut Bench) {
-        match self {
-            Self::Serial => bench.machine.usb_send(b"!"),
-            Self::Usb => bench.machine.uart_send(LINE, b"!"),
-        }
-    }
-
-    /// Lets time pass.
-    fn run(self, bench: &mut Bench) -> Result<(), Failure> {
-        let end = bench.machine.cycle() + cycles(FLOOD_SECONDS);
-        while bench.machine.cycle() < end {
-            self.fill(bench);
-            bench.run_for(REFILL_SECONDS)?;
-            for heard in [
-                bench.machine.usb_out().split_off(0),
-                bench.machine.uart_out(LINE).split_off(0),
-            ] {
-                let heard = String::from_utf8_lossy(&heard);
-                ensure(!heard.contains("ALARM"), || {
-                    format!("{}: {heard}", self.name())
-                })?;
-            }
-        }
-        Ok(())
-    }
-}
-
-/// `!` on one line acts in time while the other one floods, and motion goes on until then.
-fn hold_in_a_flood(build: &Build, figures: &mut Figures) -> Result<(), Failure> {
-    let mut bench = moving(build, 0.4)?;
-    bench.plug_usb()?;
-    for flood in [Flood::Serial, Flood::Usb] {
-        let mut bench = bench.clone();
-        flood.run(&mut bench)?;
-        let sent = bench.machine.cycle();
-        flood.hold(&mut bench);
-        flood.run(&mut bench)?;
-        let longer = bench.pins.steps.windows(2).find(|pair| {
-            let interval = micros_between(pair[0].edge(), pair[1].edge());
-            pair[0].edge() > sent && interval > 1.01 * INTERVAL_US
-        });
-        let Some([first, _]) = longer else {
-            return fail(format!("{}: no hold", flood.name()));
-        };
-        let micros = micros_between(sent, first.edge());
-        figures.add(
-            flood.name(),
-            format!("motion is slower {micros:.0} us later"),
-        );
-        ensure(micros <= HOLD_US, || figures.to_string())?;
-    }
-    Ok(())
-}
-
 pub(crate) fn usb(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
     let bench = plugged(firmware.build("usual")?)?;
@@ -315,6 +225,6 @@ pub(crate) fn usb(firmware: &Firmware) -> Result<Figures, Failure> {
     pulled(&bench, &mut figures)?;
     left_lit(&bench, &mut figures)?;
     unread(&bench, &mut figures)?;
-    hold_in_a_flood(firmware.build("fast")?, &mut figures)?;
+    floods(firmware.build("fast")?, &mut figures)?;
     Ok(figures)
 }
