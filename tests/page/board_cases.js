@@ -258,6 +258,48 @@ export const boardCases = [
     await reads(page, "^done in");
     assert.deepEqual(stand.job.slice(sent), rest(job, line, 5));
   }),
+  withMachine("its outputs are shown and switched, and a gamepad's jog ends with its byte when the stick is let go", async ({page, stand}) => {
+    await connectPort(page);
+    await page.getByRole("button", {name: "Output 1"}).click();
+    await page.waitForFunction(() => document.querySelectorAll("#outputs button")[1].getAttribute("aria-pressed") === "true");
+    await page.getByRole("button", {name: "Output 1"}).click();
+    await page.waitForFunction(() => document.querySelectorAll("#outputs button")[1].getAttribute("aria-pressed") === "false");
+    assert.deepEqual(stand.job, ["M64P1", "M65P1"]);
+    await page.evaluate(() => {
+      globalThis.pad = {axes: [0, 0, 0, 0], buttons: []};
+      Object.defineProperty(Navigator.prototype, "getGamepads", {configurable: true, value: () => [globalThis.pad]});
+    });
+    await page.getByLabel("gamepad").check();
+    await sleep(150);
+    await page.evaluate(() => (globalThis.pad.axes = [-1, -1, 0, 0]));
+    await page.waitForFunction(() => globalThis.leadscrew.state().position[1] > 0.5);
+    assert.deepEqual(stand.pressed, []);
+    assert.match(stand.job.at(-1), /^\$J=G91G21X-([\d.]+)Y\1F1000$/);
+    // It is gone: as good as let go.
+    await page.evaluate(() => (globalThis.pad = null));
+    await isState(page, "Idle");
+    assert.deepEqual(stand.pressed, [0x85]);
+    const [x, y] = await page.evaluate(() => globalThis.leadscrew.state().position);
+    assert.ok(Math.abs(x + y) < 0.01 && y < 20, `${x} ${y}`);
+  }, {only: "file", board: "[outputs]\ncount = 2\n"}),
+  withMachine("its cable is pulled while it touches off: nothing is on the way any more, and it can be done again", async ({page, stand}) => {
+    await connectPort(page);
+    await page.getByRole("button", {name: "Touch off…"}).click();
+    await page.locator("#touch-feed").fill("600");
+    await page.getByRole("button", {name: "Probe Z"}).click();
+    for (let tries = 0; !stand.lines.includes("G38.2Z-20F600") && tries < 500; tries++) await sleep(20);
+    await stand.plug(false);
+    await page.locator("#link").waitFor();
+    await stand.plug(true);
+    await page.locator("#link").waitFor({state: "hidden"});
+    await isState(page, "Alarm");
+    await page.getByRole("button", {name: "Unlock"}).click();
+    await isState(page, "Idle");
+    await page.waitForFunction(() => globalThis.leadscrew.state().quiet);
+    await page.locator("#touch-plate").fill("3");
+    await page.getByRole("button", {name: "The tip touches"}).click();
+    await page.waitForFunction(() => document.querySelector('#axes td[data-axis="Z"]').textContent === "3.000");
+  }, {only: "file"}),
   withMachine("a macro of one's own is kept by the browser, its lines go out one after the other, and an error ends them", async ({page, stand}) => {
     await connectPort(page);
     const keep = async (name, lines) => {
