@@ -24,8 +24,9 @@
 //! Here `x` is the lower of the two pieces' highest squared speeds, and `a` the acceleration across
 //! the path. `a/x` is the least curvature that bounds the speed.
 //!
-//! Each length that is tried bounds the curvature from both sides by its own error. The result
-//! keeps within all of these bounds.
+//! Each length that is tried bounds the curvature from both sides by its own error. If the
+//! curvature over a longer length is outside these bounds, it changes within that length, and the
+//! last shorter one counts.
 //!
 //! Where a curve goes on as at the turn before, its curvature is measured once, over the length
 //! that was found at that turn. Where the curvature has changed, it is compared with the curvature
@@ -150,6 +151,7 @@ impl<const AXES: usize> Window<AXES> {
             f32::INFINITY
         };
         let mut range = Range::ANY;
+        let mut closer: Option<Curved<AXES>> = None;
         let mut length = meeting.shorter;
         loop {
             probe.wanted = length;
@@ -168,9 +170,14 @@ impl<const AXES: usize> Window<AXES> {
                 range.narrow(&curved, reach, meeting, limits);
                 return Some((range.nearest(&[0.0; AXES]), reach));
             }
+            if let Some(closer) = closer.filter(|_| bend != curved) {
+                probe.wanted = closer.1;
+                return Some(closer);
+            }
             if longer2 <= NEAR_ENOUGH || is_cut_short || length >= meeting.longest() {
                 return Some((bend, reach));
             }
+            closer = Some((bend, reach));
             range.narrow(&curved, reach, meeting, limits);
             length = min(length * min(sqrt(longer2), 2.0), meeting.longest());
         }

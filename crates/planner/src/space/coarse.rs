@@ -33,11 +33,12 @@ impl<const AXES: usize> Limits<AXES> {
     }
 
     /// Puts the exact ways of coarse axes in place of their rounded ones, mm. Returns whether the
-    /// coarsest axis is one of them.
+    /// coarsest axis is one of them. A fine axis moves even if its way is less than a step: when a
+    /// curve turns back on it, the coarse axis goes on at the same speed.
     pub(crate) fn straighten(&self, ways: &mut [f32; AXES], exact: &[f32; AXES]) -> bool {
         let mut finest = f32::INFINITY;
-        for (way, half_step) in ways.iter().zip(&self.half_step) {
-            if *way != 0.0 && *half_step < finest {
+        for ((way, exact), half_step) in ways.iter().zip(exact).zip(&self.half_step) {
+            if (*way != 0.0 || *exact != 0.0) && *half_step < finest {
                 finest = *half_step;
             }
         }
@@ -110,8 +111,11 @@ mod tests {
         assert!(coarse.straighten(&mut ways, &[0.09, 0.104, 0.0]));
         assert_eq!(ways, [0.09, 0.1, 0.0]);
         let mut alone = [0.2, 0.0, 0.0];
-        assert!(!coarse.straighten(&mut alone, &[0.11, 0.004, 0.000_3]));
+        assert!(!coarse.straighten(&mut alone, &[0.11, 0.0, 0.0]));
         assert_eq!(alone, [0.2, 0.0, 0.0]);
+        let mut beside_less_than_a_step = [0.2, 0.0, 0.0];
+        assert!(coarse.straighten(&mut beside_less_than_a_step, &[0.11, 0.0, 0.000_3]));
+        assert_eq!(beside_less_than_a_step, [0.11, 0.0, 0.0]);
         let mut far = [0.2, 0.0, 1.0];
         assert!(!coarse.straighten(&mut far, &[-1999.8, 0.0, 1.0]));
         assert_eq!(far, [0.2, 0.0, 1.0]);
