@@ -155,18 +155,16 @@ impl<const AXES: usize> Window<AXES> {
         let mut length = meeting.shorter;
         loop {
             probe.wanted = length;
-            let is_open = may_grow < length;
-            if is_open && when == When::Known {
+            if may_grow < length && when == When::Known {
                 return None;
             }
             let reach = min(length, room);
             let curved = self.curvature(number, reach, meeting.chord, limits, &mut probe.pieces);
             let bend = range.nearest(&curved);
             let longer2 = meeting.error(&bend, reach, limits);
-            let is_cut_short = reach < length;
-            if is_cut_short && !is_open {
-                // The length cannot grow because of a rest or a sharp turn. Motion is slow there,
-                // so the straightest path within the bounds is good enough.
+            if reach < length {
+                // The length cannot grow because of a rest, a sharp turn or the end of the path.
+                // Motion is slow there, so the straightest path within the bounds is good enough.
                 range.narrow(&curved, reach, meeting, limits);
                 return Some((range.nearest(&[0.0; AXES]), reach));
             }
@@ -174,7 +172,7 @@ impl<const AXES: usize> Window<AXES> {
                 probe.wanted = closer.1;
                 return Some(closer);
             }
-            if longer2 <= NEAR_ENOUGH || is_cut_short || length >= meeting.longest() {
+            if longer2 <= NEAR_ENOUGH || length >= meeting.longest() {
                 return Some((bend, reach));
             }
             closer = Some((bend, reach));
