@@ -8,6 +8,7 @@ mod carriage;
 mod doubts;
 mod frame;
 mod known;
+mod measures;
 mod preamble;
 mod standing;
 mod system;
@@ -26,7 +27,7 @@ use known::Probed;
 use leadscrew_gcode::Number;
 use leadscrew_machine::config::{AxisKind, AxisMask, MachineConfig};
 use leadscrew_machine::extension::{Call, Extension};
-use leadscrew_machine::home::{self, Bounds};
+use leadscrew_machine::home::Bounds;
 use leadscrew_machine::interpreter::{
     ArcShape, Command, Commands, Context, Extent, Fault as LineFault, Feed, Interpreter, OffsetId,
     Own as Codes, OwnCodes, Rotation, Spindle, Strokes, ToolTable, Travel, WorkSystem,
@@ -42,7 +43,7 @@ use leadscrew_program::World;
 use leadscrew_sim::own::{extension, Own, OwnPins};
 use leadscrew_sim::profile::Room;
 use leadscrew_sim::scene::{StrokeKind, ToolSizes, Tooling, Toolpath};
-use leadscrew_stepper::MAX_STEP_EVENTS;
+use measures::Measures;
 use standing::Standing;
 use system::State;
 
@@ -142,6 +143,7 @@ struct Checker<const AXES: usize> {
     letters: Vec<char>,
     config: MachineConfig<AXES>,
     settings: Settings<AXES>,
+    measures: Measures<AXES>,
     interpreter: Interpreter<AXES>,
     motors: usize,
     /// The M codes of the machine's extensions.
@@ -200,7 +202,8 @@ impl<const AXES: usize> Follow for Checker<AXES> {
         self.number = number;
         self.path.line = u32::try_from(number).unwrap_or(u32::MAX);
         if self.habits.may_need_lines() {
-            self.raw = raw.to_vec();
+            self.raw.clear();
+            self.raw.extend_from_slice(raw);
         }
         if self.path.is_drawn() {
             self.path.tool_mm = self.tools.read(raw);
@@ -275,11 +278,13 @@ impl<const AXES: usize> Follow for Checker<AXES> {
 
 impl<const AXES: usize> Checker<AXES> {
     fn new(file: &str, machine: &Machine) -> Self {
+        let settings = Settings::new(machine.first());
         let mut checker = Self {
             file: file.to_owned(),
             letters: machine.file.letters(),
             config: machine.config(),
-            settings: Settings::new(machine.first()),
+            measures: Measures::new(&settings),
+            settings,
             interpreter: Interpreter::new(),
             motors: machine.file.motor_count(),
             own: extension(&machine.file, machine.outputs, None, OwnPins::default()),
@@ -330,7 +335,6 @@ impl<const AXES: usize> Checker<AXES> {
         self.end_jog();
         let mut commands = Commands::new();
         let start = *self.interpreter.position();
-        let reach = self.reach();
         let find = |code| self.own.m_code(code);
         let check = |call: &Call| self.own.check(call);
         let own = Codes::new(&find, &check);
@@ -339,7 +343,7 @@ impl<const AXES: usize> Checker<AXES> {
             tools: ToolTable::some(&length),
             ..self
                 .config
-                .context(&self.settings, &reach, OwnCodes::some(&own))
+                .context(&self.settings, &self.measures.reach, OwnCodes::some(&own))
         };
         let extent = self.interpreter.interpret(line, &context, &mut commands);
         let extent = extent.map_err(|fault| refused_by(&self.interpreter, fault))?;
@@ -475,13 +479,7 @@ impl<const AXES: usize> Checker<AXES> {
 
     /// Checks that the steps of a move can be counted. A move with too many steps is a fault.
     fn check_length(&self, from: &[Coordinate; AXES], to: &[Coordinate; AXES]) -> Finding {
-        let scales = self.scales();
-        let too_long = (0..AXES).any(|axis| {
-            let scale = scales[axis];
-            let ends = scale.steps(from[axis]).zip(scale.steps(to[axis]));
-            ends.is_none_or(|(from, to)| from.abs_diff(to) > MAX_STEP_EVENTS)
-        });
-        match too_long {
+        match self.measures.is_too_long(from, to) {
             true => Err((LineFaultKind::TooLong, None)),
             false => Ok(()),
         }
@@ -493,15 +491,12 @@ impl<const AXES: usize> Checker<AXES> {
         if !self.settings.is_on(Setting::SoftLimits) && !self.travel_counts && self.homed == 0 {
             return Ok(());
         }
-        let ends = self.bounds();
-        let target = self.judged(target, &ends);
-        if soft_limits::allow(&target, &ends, &self.config.axes) {
+        let ends = &self.measures.ends;
+        let target = self.judged(target, ends);
+        if soft_limits::allow(&target, ends, &self.config.axes) {
             return Ok(());
         }
-        Err((
-            LineFaultKind::OutOfTravel,
-            Some(self.beyond(&target, &ends)),
-        ))
+        Err((LineFaultKind::OutOfTravel, Some(self.beyond(&target, ends))))
     }
 
     /// The sentence that tells which axes would leave their travel, and by how much.
@@ -522,20 +517,6 @@ impl<const AXES: usize> Checker<AXES> {
             })
             .collect();
         parts.join("; ")
-    }
-
-    fn travel(&self) -> [Coordinate; AXES] {
-        self.bounds().map(Bounds::travel)
-    }
-
-    /// The ends of each axis's travel, as the machine has them.
-    fn bounds(&self) -> [Bounds; AXES] {
-        home::bounds(&self.settings, &self.reach())
-    }
-
-    /// The farthest coordinates whose steps can be counted: the machine itself has the same limits.
-    fn reach(&self) -> [Coordinate; AXES] {
-        self.scales().map(|steps| steps.coordinate(1 << 30))
     }
 
     fn complaint(

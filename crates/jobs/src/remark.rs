@@ -166,8 +166,14 @@ impl Remarks {
     /// Takes a line whose effects are not known yet.
     pub(crate) fn read(&mut self, raw: &[u8]) -> Vec<(usize, Remark)> {
         let mut found = Vec::new();
-        let code = code(raw, &mut found);
-        self.note_realtime(raw, &mut found);
+        let code = match is_plain(raw) {
+            true => raw.iter().find(|byte| **byte != b' ').copied(),
+            false => {
+                let code = code(raw, &mut found);
+                self.note_realtime(raw, &mut found);
+                code
+            }
+        };
         if code == Some(b'$') && raw.contains(&b'=') && !raw.trim_ascii().starts_with(b"$J=") {
             found.push((0, Remark::Setting));
         }
@@ -196,6 +202,14 @@ impl Remarks {
     pub(crate) fn pass(&mut self, done: Done) {
         self.ended |= done.ended;
     }
+}
+
+/// True if a line has no comment, no byte that acts at once, and none that does not occur in
+/// G-code. All bytes are looked at together.
+fn is_plain(raw: &[u8]) -> bool {
+    raw.iter().fold(true, |plain, byte| {
+        plain & matches!(byte, b' '..=b'z') & !matches!(byte, b'(' | b';' | b'?' | b'!')
+    })
 }
 
 /// The first byte of a line that is code, not comment. Notes remarks about comments and bytes in

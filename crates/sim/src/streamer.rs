@@ -21,6 +21,7 @@ use crate::link::Host;
 use crate::program::{Branch, Next, ProgramFault, Running};
 use leadscrew_machine::board::ChannelId;
 use leadscrew_program::{is_program, World};
+use memchr::memchr2;
 use std::collections::{BTreeMap, VecDeque};
 use std::io::{self, BufRead};
 
@@ -556,7 +557,7 @@ impl<R: BufRead> Lines<R> {
                 continue;
             }
             any = true;
-            let end = bytes.iter().position(|byte| matches!(byte, b'\n' | b'\r'));
+            let end = memchr2(b'\n', b'\r', bytes);
             let taken = end.unwrap_or(bytes.len());
             let room = LONGEST_LINE - line.len();
             line.extend_from_slice(&bytes[..taken.min(room)]);

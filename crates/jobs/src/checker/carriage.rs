@@ -37,7 +37,10 @@ impl<const AXES: usize> Checker<AXES> {
 
     /// These axes have been homed: the machine counts from their switches.
     pub(super) fn home_carriages(&mut self, homed: AxisMask) {
-        let (ends, negative) = (self.bounds(), self.settings.mask(Setting::HomingDirection));
+        let (ends, negative) = (
+            self.measures.ends,
+            self.settings.mask(Setting::HomingDirection),
+        );
         for (axis, slot) in self.carriages.iter_mut().enumerate() {
             let Some(carriage) = slot.as_mut().filter(|_| homed >> axis & 1 == 1) else {
                 continue;
@@ -63,7 +66,7 @@ impl<const AXES: usize> Checker<AXES> {
         if self.is_checking() {
             return Ok(());
         }
-        let (travel, scales) = (self.travel(), self.scales());
+        let (travel, scales) = (self.measures.travel, self.measures.scales);
         let hard = self.settings.is_on(Setting::HardLimits);
         for (axis, slot) in self.carriages.iter_mut().enumerate() {
             let counts_so = |carriage: &Carriage| carriage.scale == scales[axis];

@@ -56,9 +56,13 @@ impl Habits {
         self.switched_on.is_none() || self.powered.is_none()
     }
 
+    fn has_told(&self, remark: Remark) -> bool {
+        self.told.contains(&remark)
+    }
+
     /// Notes a doubt, if its kind has not been told before.
     pub(super) fn note(&mut self, remark: Remark, detail: impl FnOnce() -> String) {
-        if !self.told.contains(&remark) {
+        if !self.has_told(remark) {
             self.told.push(remark);
             self.found.push(Doubt::new(remark, detail()));
         }
@@ -66,7 +70,7 @@ impl Habits {
 }
 
 impl<const AXES: usize> Checker<AXES> {
-    /// Takes over settings that have changed.
+    /// Takes over rates that have changed.
     pub(super) fn learn_rates(&mut self) {
         let rates = self.settings.axes(AxisSetting::MaxRate);
         let straight = rates.into_iter().zip(&self.config.axes);
@@ -129,7 +133,7 @@ impl<const AXES: usize> Checker<AXES> {
         let Feed::PerMinute(feed) = travel.feed else {
             return;
         };
-        if feed <= self.habits.slowest {
+        if feed <= self.habits.slowest || self.habits.has_told(Remark::AboveRate) {
             return;
         }
         let way: [f64; AXES] =

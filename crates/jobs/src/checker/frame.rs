@@ -71,7 +71,7 @@ impl<const AXES: usize> Checker<AXES> {
         if self.travel_counts || self.in_machine_coordinates || self.is_checking() {
             return Ok(());
         }
-        let mut travel = self.travel();
+        let mut travel = self.measures.travel;
         for (axis, travel) in travel.iter_mut().enumerate() {
             if !self.knows_travel(axis) {
                 *travel = Coordinate::from_nanos(i64::MAX);
@@ -110,7 +110,7 @@ impl<const AXES: usize> Checker<AXES> {
             .iter()
             .fold(0, |all, cycle| all | cycle);
         let negative = self.settings.mask(Setting::HomingDirection);
-        let ends = self.bounds();
+        let ends = &self.measures.ends;
         for (axis, letter) in self.letters.iter().enumerate() {
             let is_named = u8::try_from(*letter).is_ok_and(|letter| line.contains(&letter));
             if !is_named || homed >> axis & 1 == 0 {

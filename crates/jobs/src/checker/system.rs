@@ -10,10 +10,10 @@ use leadscrew_machine::protocol::status::Status;
 use leadscrew_machine::protocol::system_command::{
     Activity, Circumstances, Homing, Restore, SystemCommand,
 };
-use leadscrew_machine::settings::table::{AxisSetting, Setting};
+use leadscrew_machine::settings::table::Setting;
 use leadscrew_machine::settings::values::{checked, Entry};
 use leadscrew_machine::{home, soft_limits};
-use leadscrew_planner::{Coordinate, StepsPerMm};
+use leadscrew_planner::Coordinate;
 use leadscrew_sim::scene::StrokeKind;
 
 /// The state of the machine, as far as a program can tell.
@@ -123,7 +123,7 @@ impl<const AXES: usize> Checker<AXES> {
         };
         let mut target = jog.travel.target;
         if self.settings.is_on(Setting::SoftLimits) && self.settings.is_on(Setting::JogsEnd) {
-            let (ends, from) = (self.bounds(), self.interpreter.position());
+            let (ends, from) = (self.measures.ends, self.interpreter.position());
             soft_limits::clip(&mut target, from, &ends, &self.config.axes);
         }
         let outside = |(_, detail)| {
@@ -150,10 +150,9 @@ impl<const AXES: usize> Checker<AXES> {
             let done = value.and_then(|value| self.own.set(entry.number, value));
             return done.map_err(|status| refused(status.into()));
         }
-        let (steps, laser) = (self.steps(), self.settings.is_on(Setting::Laser));
+        let laser = self.settings.is_on(Setting::Laser);
         let Err(status) = self.settings.set(entry, TIMING.limits(self.motors)) else {
-            self.stand_at(steps);
-            self.learn_rates();
+            self.learn_settings();
             if self.settings.is_on(Setting::Laser) != laser {
                 // Laser and spindle are different tools: the new one has not been switched on.
                 self.interpreter.stop_spindle();
@@ -167,31 +166,6 @@ impl<const AXES: usize> Checker<AXES> {
         };
         let detail = (status == Status::StepRateTooHigh).then(words);
         Err((LineFaultKind::Refused(status.into()), detail))
-    }
-
-    /// The motors' places, in steps; `None` for an axis whose steps cannot be counted.
-    fn steps(&self) -> [Option<i32>; AXES] {
-        let scales = self.scales();
-        std::array::from_fn(|axis| scales[axis].steps(self.interpreter.position()[axis]))
-    }
-
-    /// Moves the program's position to where the motors stand at these steps, by the steps per mm
-    /// of the present settings.
-    fn stand_at(&mut self, steps: [Option<i32>; AXES]) {
-        if self.steps() == steps {
-            return;
-        }
-        let mut place = *self.interpreter.position();
-        for (axis, scale) in self.scales().into_iter().enumerate() {
-            place[axis] = steps[axis].map_or(place[axis], |steps| scale.coordinate(steps));
-        }
-        self.interpreter.set_position(place);
-        self.path.resume_at(mm(&place));
-    }
-
-    pub(super) fn scales(&self) -> [StepsPerMm; AXES] {
-        let steps = self.settings.axes(AxisSetting::StepsPerMm);
-        steps.map(|steps| StepsPerMm::from_nanos(steps.nanos()))
     }
 
     /// Checks a line that the machine is to run after each start.
@@ -225,10 +199,8 @@ impl<const AXES: usize> Checker<AXES> {
 
     fn restore(&mut self, values: Restore) {
         if matches!(values, Restore::Settings | Restore::All) {
-            let steps = self.steps();
             self.settings.restore_defaults();
-            self.stand_at(steps);
-            self.learn_rates();
+            self.learn_settings();
             let rows: Vec<_> = self.own.settings().collect();
             for row in rows {
                 // As on the machine, if an extension refuses its default, its value stays.
@@ -258,7 +230,7 @@ impl<const AXES: usize> Checker<AXES> {
             Homing::All => cycles.fold(0, |all, cycle| all | cycle),
             Homing::Axis(axis) => 1 << axis,
         };
-        let ends = self.bounds();
+        let ends = self.measures.ends;
         let negative = self.settings.mask(Setting::HomingDirection);
         let mut position = *self.interpreter.position();
         for (axis, place) in position.iter_mut().enumerate() {
@@ -283,12 +255,13 @@ impl<const AXES: usize> Checker<AXES> {
         &self,
         check: impl FnOnce(&Interpreter<AXES>, &Context<'_, AXES>) -> T,
     ) -> T {
-        let reach = self.reach();
         let find = |code| self.own.m_code(code);
         let call = |call: &Call| self.own.check(call);
         let own = Codes::new(&find, &call);
         let own = OwnCodes::some(&own);
-        let context = self.config.context(&self.settings, &reach, own);
+        let context = self
+            .config
+            .context(&self.settings, &self.measures.reach, own);
         check(&self.interpreter, &context)
     }
 }
