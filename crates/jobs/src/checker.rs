@@ -22,7 +22,7 @@ use crate::machine::Machine;
 use crate::remark::{Done, Remark};
 use carriage::Carriage;
 use doubts::Habits;
-use frame::{is_in_machine_coordinates, Spans};
+use frame::{counts_from_here, is_in_machine_coordinates, Spans};
 use known::Probed;
 use leadscrew_gcode::Number;
 use leadscrew_machine::config::{AxisKind, AxisMask, MachineConfig};
@@ -58,6 +58,7 @@ type Finding = Result<(), (LineFaultKind, Option<String>)>;
 enum LineFaultKind {
     Refused(LineFault),
     OutOfTravel,
+    MayLeaveTravel,
     CannotFit,
     LeavesFrame,
     TooLong,
@@ -167,6 +168,8 @@ struct Checker<const AXES: usize> {
     habits: Habits,
     /// True if the line that is being checked moves in machine coordinates.
     in_machine_coordinates: bool,
+    /// The line that is being checked gives the present place other coordinates.
+    keeps_zero: bool,
     spans: Spans<AXES>,
     /// The carriages whose places are known.
     carriages: [Option<Carriage>; AXES],
@@ -222,7 +225,9 @@ impl<const AXES: usize> Follow for Checker<AXES> {
             return Foreseen::Taken;
         };
         match kind {
-            LineFaultKind::OutOfTravel | LineFaultKind::Unanswered => Foreseen::Taken,
+            LineFaultKind::OutOfTravel
+            | LineFaultKind::MayLeaveTravel
+            | LineFaultKind::Unanswered => Foreseen::Taken,
             LineFaultKind::Refused(_) | LineFaultKind::TooLong => Foreseen::Refused,
             LineFaultKind::CannotFit | LineFaultKind::LeavesFrame => {
                 Foreseen::Crash(self.complaint(number, raw, &kind, detail))
@@ -298,6 +303,7 @@ impl<const AXES: usize> Checker<AXES> {
             raw: Vec::new(),
             habits: Habits::default(),
             in_machine_coordinates: false,
+            keeps_zero: false,
             spans: Spans::BEGIN,
             carriages: [None; AXES],
             rooms: machine.file.rooms(),
@@ -308,6 +314,7 @@ impl<const AXES: usize> Checker<AXES> {
             tool: 0,
         };
         checker.learn_rates();
+        checker.habits.is_cold = machine.file.heaters.nozzle.is_some();
         checker
     }
 
@@ -358,6 +365,8 @@ impl<const AXES: usize> Checker<AXES> {
         if self.in_machine_coordinates {
             self.see_switches(line);
         }
+        let shifts = |command| matches!(command, &Command::WorkOffset(_));
+        self.keeps_zero = commands.iter().chain(&rest).any(shifts) && counts_from_here(line);
         let mut at = start;
         commands
             .iter()
@@ -378,7 +387,10 @@ impl<const AXES: usize> Checker<AXES> {
                     at: at_end,
                     touched,
                 });
-                self.go(at, &Travel { feed, ..*travel }, Way::Probe)
+                let start = *at;
+                let gone = self.go(at, &Travel { feed, ..*travel }, Way::Probe);
+                self.forget_way(&start, at);
+                gone
             }
             Command::Arc { travel, arc } => self.go(at, travel, Way::Arc(arc)),
             Command::Cycle { travel, cycle } => {
@@ -413,11 +425,17 @@ impl<const AXES: usize> Checker<AXES> {
                 self.moves &= self.settings.is_on(Setting::Laser);
                 Ok(())
             }
-            Command::Coolant(_) | Command::Dwell(_) | Command::StoreOffset { .. } => {
+            Command::Dwell(seconds) => {
+                self.see_dwell(*seconds);
+                self.moves = false;
+                Ok(())
+            }
+            Command::Coolant(_) | Command::StoreOffset { .. } => {
                 self.moves = false;
                 Ok(())
             }
             Command::Own(call) => {
+                self.see_call(call);
                 let changes = call.code == TOOL_CHANGE && !self.is_checking();
                 self.last.paused |= changes;
                 if changes {
@@ -426,7 +444,9 @@ impl<const AXES: usize> Checker<AXES> {
                 Ok(())
             }
             Command::WorkOffset(_) => {
-                self.spans.begin();
+                if !self.keeps_zero {
+                    self.spans.begin();
+                }
                 Ok(())
             }
             Command::ParkingControl(_) | Command::OverrideControl(_) => Ok(()),
@@ -454,7 +474,15 @@ impl<const AXES: usize> Checker<AXES> {
         self.draw_to(&travel.target, kind);
         self.check_length(&start, &travel.target)?;
         match way {
-            Way::Probe => self.check_travel(&travel.target),
+            Way::Probe => self
+                .check_travel(&travel.target)
+                .map_err(|(kind, detail)| match kind {
+                    // It may touch before.
+                    LineFaultKind::OutOfTravel if !self.settings.is_on(Setting::SoftLimits) => {
+                        (LineFaultKind::MayLeaveTravel, detail)
+                    }
+                    kind => (kind, detail),
+                }),
             Way::Straight | Way::Arc(_) => self.check_place(&travel.target),
         }
     }
@@ -539,7 +567,9 @@ impl<const AXES: usize> Checker<AXES> {
             {
                 (Fault::Alarm(Alarm::HardLimit), None)
             }
-            LineFaultKind::OutOfTravel => (Fault::Remark(Remark::OutsideTravel), None),
+            LineFaultKind::OutOfTravel | LineFaultKind::MayLeaveTravel => {
+                (Fault::Remark(Remark::OutsideTravel), None)
+            }
             LineFaultKind::CannotFit => (Fault::CannotFit, None),
             LineFaultKind::LeavesFrame => (Fault::LeavesFrame, None),
             LineFaultKind::TooLong => (Fault::TooLong, None),

@@ -45,6 +45,10 @@ pub enum Remark {
     AboveRate,
     /// A move onto a home switch, in machine coordinates.
     OntoSwitch,
+    /// Filament is fed, and the job has not heated the nozzle.
+    ColdNozzle,
+    /// A dwell of minutes: its P is in seconds.
+    LongDwell,
 }
 
 impl Remark {
@@ -65,6 +69,8 @@ impl Remark {
             Self::StartWithoutPower => "start_without_power",
             Self::AboveRate => "above_rate",
             Self::OntoSwitch => "onto_switch",
+            Self::ColdNozzle => "cold_nozzle",
+            Self::LongDwell => "long_dwell",
         }
     }
 
@@ -85,6 +91,8 @@ impl Remark {
             Self::StartWithoutPower => "M3 or M4 without S",
             Self::AboveRate => "the feed is above what the axes reach",
             Self::OntoSwitch => "the move leads onto a home switch",
+            Self::ColdNozzle => "the job does not heat the nozzle",
+            Self::LongDwell => "a long dwell",
         }
     }
 
@@ -122,6 +130,10 @@ impl Remark {
                 "With hard limits ($21) the switch stops the machine: ALARM:1. Stay away from it, as \
                  in G53 Z-5, or store a place for G28 with G28.1."
             }
+            Self::ColdNozzle => {
+                "The machine refuses E while the nozzle is cold: error:220. Put M109 before the first E."
+            }
+            Self::LongDwell => "P is in seconds. Some controllers count milliseconds.",
         }
     }
 }

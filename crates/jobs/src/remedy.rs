@@ -69,12 +69,15 @@ const PROGRAMS: &str = "A line alone has no parameters, expressions, O words or 
                         take (docs/programs.md).";
 const THREADS: &str = "Threading is not supported: it needs an encoder on the spindle.";
 const SPLINES: &str = "Splines are not supported: let the CAM program write arcs or lines.";
+const COMMA: &str =
+    "A comma is no decimal point. Write X1.5 for X1,5, or choose points in the CAM \
+                     program.";
 const UNSUPPORTED: &str = "This word is not supported. Leave it out, or choose the GRBL \
                            post-processor in the CAM program.";
 
 /// What helps against `error:20`. A word stands here if a machine file can teach it, or if many
 /// files have it.
-const UNKNOWN: [Remedy; 38] = [
+const UNKNOWN: [Remedy; 42] = [
     Remedy { word: "A", text: A },
     Remedy { word: "B", text: B },
     Remedy { word: "C", text: C },
@@ -128,6 +131,22 @@ const UNKNOWN: [Remedy; 38] = [
     },
     Remedy {
         word: "M117",
+        text: PRINTER,
+    },
+    Remedy {
+        word: "M204",
+        text: PRINTER,
+    },
+    Remedy {
+        word: "M220",
+        text: PRINTER,
+    },
+    Remedy {
+        word: "M221",
+        text: PRINTER,
+    },
+    Remedy {
+        word: "G29",
         text: PRINTER,
     },
     Remedy {
@@ -232,12 +251,21 @@ pub(crate) fn remedy(status: Status, rest: &str) -> Option<&'static str> {
                 UNKNOWN.iter().find(|remedy| remedy.word == letter)
             };
             let text = found.or_else(letter).map(|remedy| remedy.text);
-            text.or((status == Status::UnsupportedCommand).then_some(UNSUPPORTED))
+            // A number above 255 is out of range for M; the word is not known all the same.
+            let is_known =
+                status == Status::NotWhole && !(word.starts_with('M') && is_whole(&word));
+            text.or((!is_known).then_some(UNSUPPORTED))
         }
         Status::NeedsProgram | Status::Calculates => Some(PROGRAMS),
         Status::OutOfRange => out_of_range(rest),
+        Status::ExpectedLetter if rest.starts_with(',') => Some(COMMA),
         _ => None,
     }
+}
+
+/// Returns true if the number of a word has no fraction.
+fn is_whole(word: &str) -> bool {
+    !word.contains('.')
 }
 
 /// `error:52` means something else at each word.
@@ -332,6 +360,16 @@ mod tests {
         }
         let shown = told("", "G1 X1.2.3").unwrap();
         assert!(!shown.contains(PROGRAMS), "{shown}");
+    }
+
+    #[test]
+    fn a_comma_and_a_servo_are_told_as_such() {
+        let shown = told("", "G1 X1,5 F100").unwrap();
+        assert!(shown.contains(COMMA), "{shown}");
+        let shown = told("", "M280 P0 S90").unwrap();
+        assert!(shown.contains(UNSUPPORTED), "{shown}");
+        let shown = told("", "M3.5").unwrap();
+        assert!(!shown.contains(UNSUPPORTED), "{shown}");
     }
 
     #[test]

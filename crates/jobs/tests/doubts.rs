@@ -201,3 +201,62 @@ fn a_travel_that_somebody_has_set_is_known_without_homing() {
     let turns = "[axes.a]\nrotary = true\ntravel = 360\n";
     expect(turns, &[], "G0 A3600\n", &[]);
 }
+
+#[test]
+fn g28_and_g30_without_axes_lead_onto_the_switch_too() {
+    for line in ["G30", "G28", "G28 Z0"] {
+        let job = format!("$H\n{line}\nM2\n");
+        let found = found(ROUTER, &[], &job);
+        assert!(
+            found.contains(&(2, "onto_switch".to_owned())),
+            "{line}: {found:?}"
+        );
+    }
+}
+
+#[test]
+fn m3_with_its_s_is_not_told_to_lack_it_whatever_follows() {
+    expect(LASER, &[], "M3 S500\nG0 X10\nM5\nM2\n", &[]);
+    expect(LASER, &[], "M3 S500\nG1 X10\nM5\nM2\n", &[(2, "22")]);
+}
+
+#[test]
+fn a_jog_that_soft_limits_do_not_stop_runs_into_the_switch() {
+    expect(ROUTER, &[], "$H\n$J=G91 X500 F1000\n", &[(2, "1")]);
+    expect(ROUTER, &["$20=1"], "$H\n$J=G91 X500 F1000\n", &[(2, "15")]);
+}
+
+#[test]
+fn the_place_where_a_probe_touches_is_not_guessed() {
+    let job = "$H\nG38.2 Z-100 F100\nG10 L20 P1 Z8.5\nG0 Z10\nG0 Z-40\nM2\n";
+    expect(ROUTER, &[], job, &[(2, "outside_travel")]);
+    expect(ROUTER, &["$20=1"], "$H\nG38.2 Z-100 F100\n", &[(2, "2")]);
+}
+
+#[test]
+fn a_shift_by_g92_does_not_make_room() {
+    let job = |shift: &str| format!("G0 X300\n{shift}\nG0 X300\n");
+    for shift in ["G92 X0", "G10 L20 P1 X0"] {
+        expect(ROUTER, &[], &job(shift), &[(3, "0")]);
+    }
+    for shift in ["G55", "G92.1", "G10 L2 P1 X0"] {
+        expect(ROUTER, &[], &job(shift), &[]);
+    }
+}
+
+#[test]
+fn filament_through_a_cold_nozzle_and_a_dwell_of_minutes_are_told() {
+    let printer = "[axes.e]\n[heaters.nozzle]\nsensor = { thermistor = { ohms_25 = 100000, beta = \
+                   3950, pull_up_ohms = 4700 } }\n";
+    let job = |start: &str| format!("{start}\nG1 X9 F300\nG1 X10 E1\nG1 X12 E2\n");
+    expect(printer, &[], &job(""), &[(3, "cold_nozzle")]);
+    expect(printer, &[], &job("M104 S0"), &[(3, "cold_nozzle")]);
+    expect(printer, &[], &job("M109 S200"), &[]);
+    expect(
+        ROUTER,
+        &[],
+        "M3 S500\nG4 P500\nG4 P300\n",
+        &[(2, "long_dwell")],
+    );
+    expect(ROUTER, &[], "M3 S500\nG4 P10\n", &[]);
+}

@@ -125,3 +125,16 @@ fn a_run_knows_the_place_after_homing_to_a_zero_of_the_owner_s() {
     let (_, at, _) = run(&off, false, "$H\n");
     assert!((at - 5.0).abs() < 0.05, "{at}");
 }
+
+#[test]
+fn a_run_goes_on_from_where_a_probe_has_touched() {
+    // The plate is 8.5 mm up; the probe's way would end far below the frame.
+    let file = "[homing]\non = true\norder = [\"z\"]\nfeed_mm_min = 500\nseek_mm_min = 2000\n\
+                pull_off_mm = 2\n[probe]\nplate_height = 8.5\n[axes.z]\ntravel = 80\n\
+                rate_mm_min = 2000\nacceleration_mm_s2 = 200\nstart = 60\nlimits = { high = 84 }\n";
+    let job = "$H\nG38.2 Z-100 F900\nG10 L20 P1 Z0\nG0 Z10\nG0 Z70\nG0 Z80\n";
+    let (end, _, told) = run(file, false, job);
+    let words = "stopped by error (the carriage leaves its frame) at line 6";
+    assert_eq!(end, words, "{told:?}");
+    assert!(told[0].contains("Z would be at 88.5"), "{}", told[0]);
+}

@@ -2,8 +2,9 @@
 
 use super::Checker;
 use crate::remark::Remark;
-use leadscrew_gcode::Number;
-use leadscrew_machine::config::AxisKind;
+use leadscrew_gcode::{Letter, Number};
+use leadscrew_machine::config::{extruder, AxisKind};
+use leadscrew_machine::extension::Call;
 use leadscrew_machine::interpreter::{Feed, Rotation, Spindle, Travel};
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_planner::Coordinate;
@@ -44,6 +45,10 @@ pub(super) struct Habits {
     powered: Option<Place>,
     /// The highest S of a feed move with power.
     highest: Number,
+    /// The spindle or the laser was on with an S above 0.
+    has_power: bool,
+    /// The nozzle is still to be heated.
+    pub(super) is_cold: bool,
     /// The spindle at the end of the last command.
     spindle: Spindle,
     /// The lowest rate of all straight axes, mm/min. A slower feed needs no second look.
@@ -81,6 +86,7 @@ impl<const AXES: usize> Checker<AXES> {
     /// Takes the spindle that a line switches.
     pub(super) fn see_spindle(&mut self, spindle: &Spindle) {
         self.habits.spindle = *spindle;
+        self.habits.has_power |= is_powered(spindle);
         if spindle.rotation != Rotation::Off && self.habits.switched_on.is_none() {
             self.habits.switched_on = Some(self.place());
         }
@@ -89,9 +95,37 @@ impl<const AXES: usize> Checker<AXES> {
     /// Takes a move that begins at `start`.
     pub(super) fn see_move(&mut self, start: &[Coordinate; AXES], travel: &Travel<AXES>) {
         self.habits.spindle = travel.spindle;
+        self.habits.has_power |= is_powered(&travel.spindle);
+        self.see_filament(start, travel);
         if travel.feed != Feed::Rapid {
             self.see_power(&travel.spindle);
             self.see_rate(start, travel);
+        }
+    }
+
+    /// Notes filament that is fed by a nozzle which nothing has heated.
+    fn see_filament(&mut self, start: &[Coordinate; AXES], travel: &Travel<AXES>) {
+        if !self.habits.is_cold {
+            return;
+        }
+        let axis = extruder(&self.config.axes);
+        if axis.is_some_and(|axis| travel.target[axis] != start[axis]) {
+            self.habits.note(Remark::ColdNozzle, String::new);
+        }
+    }
+
+    /// Takes a call of an M code of an extension.
+    pub(super) fn see_call(&mut self, call: &Call) {
+        let heats = matches!(call.code, 104 | 109);
+        let degrees = call.words.get(Letter::S).unwrap_or_default();
+        self.habits.is_cold &= !(heats && degrees > Number::default());
+    }
+
+    /// Takes a dwell, s.
+    pub(super) fn see_dwell(&mut self, seconds: Number) {
+        if seconds >= Number::from_int(LONG_DWELL) {
+            let words = || format!("it takes {seconds} s");
+            self.habits.note(Remark::LongDwell, words);
         }
     }
 
@@ -170,7 +204,7 @@ impl<const AXES: usize> Checker<AXES> {
             found.push((last, raw.to_vec(), doubt));
         }
         if let Some(Place { line, text }) = self.habits.switched_on.take() {
-            if self.habits.highest == zero {
+            if !self.habits.has_power {
                 found.push((
                     line,
                     text,
@@ -187,6 +221,13 @@ impl<const AXES: usize> Checker<AXES> {
         }
         found
     }
+}
+
+/// Nobody waits that long for a spindle, s.
+const LONG_DWELL: i32 = 100;
+
+fn is_powered(spindle: &Spindle) -> bool {
+    spindle.rotation != Rotation::Off && spindle.speed > Number::default()
 }
 
 /// Full power of senders that count it in a byte.

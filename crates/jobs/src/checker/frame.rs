@@ -98,6 +98,14 @@ impl<const AXES: usize> Checker<AXES> {
             && (is_set || self.settings.is_on(Setting::Homing))
     }
 
+    /// A probe has moved from `start` towards `target`: where it has touched is not known.
+    pub(super) fn forget_way(&mut self, start: &[Coordinate; AXES], target: &[Coordinate; AXES]) {
+        for axis in (0..AXES).filter(|axis| start[*axis] != target[*axis]) {
+            self.homed &= !(1 << axis);
+            self.spans.ends[axis] = None;
+        }
+    }
+
     /// Notes a line in machine coordinates that leads onto a home switch: hard limits would stop
     /// the machine there.
     pub(super) fn see_switches(&mut self, line: &[u8]) {
@@ -111,9 +119,12 @@ impl<const AXES: usize> Checker<AXES> {
             .fold(0, |all, cycle| all | cycle);
         let negative = self.settings.mask(Setting::HomingDirection);
         let ends = &self.measures.ends;
+        let is_named =
+            |letter: &char| u8::try_from(*letter).is_ok_and(|letter| line.contains(&letter));
+        // G28 and G30 alone move all axes.
+        let names_none = !self.letters.iter().any(is_named);
         for (axis, letter) in self.letters.iter().enumerate() {
-            let is_named = u8::try_from(*letter).is_ok_and(|letter| line.contains(&letter));
-            if !is_named || homed >> axis & 1 == 0 {
+            if !(names_none || is_named(letter)) || homed >> axis & 1 == 0 {
                 continue;
             }
             let is_negative = negative >> axis & 1 == 1;
@@ -147,6 +158,18 @@ impl<const AXES: usize> Checker<AXES> {
             false => ends[axis].high,
         })
     }
+}
+
+/// Returns true if a line gives the present place other coordinates: G92, or G10 L20.
+pub(super) fn counts_from_here(line: &[u8]) -> bool {
+    let has = |word: &[u8]| {
+        let mut places = line.windows(word.len()).enumerate();
+        places.any(|(at, window)| {
+            let next = line.get(at + word.len());
+            window == word && !next.is_some_and(|b| b.is_ascii_digit() || *b == b'.')
+        })
+    };
+    has(b"G92") || has(b"G10") && has(b"L20")
 }
 
 /// Returns true if a line moves in machine coordinates (G53), or to a stored place (G28, G30).

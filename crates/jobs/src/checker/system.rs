@@ -126,9 +126,13 @@ impl<const AXES: usize> Checker<AXES> {
             let (ends, from) = (self.measures.ends, self.interpreter.position());
             soft_limits::clip(&mut target, from, &ends, &self.config.axes);
         }
-        let outside = |(_, detail)| {
-            let fault = Status::JogOutOfTravel.into();
-            (LineFaultKind::Refused(fault), detail)
+        let refuses = self.settings.is_on(Setting::SoftLimits);
+        let outside = |(kind, detail)| match refuses {
+            true => (
+                LineFaultKind::Refused(Status::JogOutOfTravel.into()),
+                detail,
+            ),
+            false => (kind, detail),
         };
         self.check_travel(&target).map_err(outside)?;
         self.check_frame(&target)?;

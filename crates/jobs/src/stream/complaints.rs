@@ -213,6 +213,8 @@ impl Replies for Complaints {
         match foreseen {
             Foreseen::Crash(complaint) if self.knows_place => self.crash(complaint),
             Foreseen::Refused if !self.keep_going => Then::Await,
+            // Where it ends decides what comes of the lines behind it.
+            Foreseen::Taken if self.knows_place && probes(line) => Then::Await,
             Foreseen::Taken | Foreseen::Refused | Foreseen::Crash(_) => Then::GoOn,
         }
     }
@@ -248,6 +250,11 @@ impl Replies for Complaints {
             }
         }
     }
+}
+
+/// Returns true if a line may be a probe's, G38.2 to G38.5.
+fn probes(line: &[u8]) -> bool {
+    line.windows(2).any(|pair| pair == b"38")
 }
 
 /// Reads `[PRB:1.000,2.000,-3.000:1]`: where a probe has ended, and whether it has touched.
