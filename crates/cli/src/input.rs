@@ -1,5 +1,6 @@
 //! Opens a job: a file or standard input that holds text.
 
+use leadscrew_jobs::drawing;
 use std::fmt;
 use std::fs;
 use std::io::{self, BufRead, BufReader, Read};
@@ -22,6 +23,8 @@ pub(super) enum InputError {
     Empty(String),
     /// The file is text of 16 bits a character.
     Wide(String),
+    /// The file is this, and no machine follows it.
+    Drawing(String, &'static str),
     /// The file does not hold text; with the offset of the first control byte.
     Binary(String, usize),
 }
@@ -36,6 +39,10 @@ impl fmt::Display for InputError {
             Self::Wide(name) => {
                 write!(f, "{name}: is UTF-16 text: save it as UTF-8 or ASCII")
             }
+            Self::Drawing(name, what) => write!(
+                f,
+                "{name}: is {what}. It is not supported: let a CAM program make G-code of it"
+            ),
             Self::Binary(name, at) => {
                 write!(
                     f,
@@ -177,6 +184,9 @@ fn from_reader(
     if let Some(at) = binary_at(&head) {
         return Err(InputError::Binary(name, at));
     }
+    if let Some(what) = drawing(&head) {
+        return Err(InputError::Drawing(name, what));
+    }
     let text = BufReader::new(io::Cursor::new(head.clone()).chain(input));
     Ok(Job {
         name,
@@ -227,6 +237,8 @@ mod tests {
     #[test]
     fn nothing_and_binary_data_are_refused() {
         assert!(matches!(text(b""), Err(InputError::Empty(_))));
+        let svg = text(b"<svg width='1'/>\n");
+        assert!(matches!(svg, Err(InputError::Drawing(..))));
         let elf = text(b"\x7fELF\x02\x01\x01\x00\x00\x00");
         assert!(matches!(elf, Err(InputError::Binary(_, 4))));
     }

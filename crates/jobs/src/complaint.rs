@@ -200,8 +200,13 @@ impl Complaint {
     /// The fault that ends a program.
     pub(crate) fn of_program(file: &str, fault: &ProgramFault) -> Self {
         let column = Some(fault.column);
+        let text = fault.text.trim_ascii_start();
+        let hint = match text.starts_with(b"#") && !text.contains(&b'=') {
+            true => "; a comment stands in ( ) or behind ;",
+            false => "",
+        };
         Self {
-            detail: Some(fault.kind.to_string()),
+            detail: Some(format!("{}{hint}", fault.kind)),
             ..Self::new(file, fault.line, column, Fault::Program, &fault.text)
         }
     }

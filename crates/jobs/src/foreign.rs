@@ -156,6 +156,37 @@ pub fn unix_lines(bytes: &[u8]) -> String {
     text.replace("\r\n", "\n").replace('\r', "\n")
 }
 
+/// The kind of a file with these first bytes, if it is a drawing or a text that no machine follows.
+pub fn drawing(head: &[u8]) -> Option<&'static str> {
+    let text = String::from_utf8_lossy(head);
+    let text = text.trim_start_matches('\u{FEFF}').trim_start();
+    let lower = text
+        .get(..text.floor_char_boundary(512))
+        .unwrap_or_default();
+    let lower = lower.to_ascii_lowercase();
+    let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+    let is_gerber = |line: &str| line.starts_with("%FS") || matches!(line, "%MOIN*%" | "%MOMM*%");
+    if lower.starts_with('<') {
+        Some(match (lower.contains("<svg"), lower.contains("<html")) {
+            (true, _) => "an SVG drawing",
+            (_, true) => "a web page",
+            _ => "an XML file",
+        })
+    } else if lower.starts_with("%pdf") || lower.starts_with("%!ps") {
+        Some("a document to be printed")
+    } else if lower.starts_with("iso-10303-21") || lower.starts_with("solid ") {
+        Some("a model in three dimensions")
+    } else if lower.starts_with("in;") {
+        Some("an HPGL plot")
+    } else if text.lines().any(|line| is_gerber(line.trim())) {
+        Some("a Gerber drawing; the holes of its board are in a drill file")
+    } else if lines.any(|line| line == "SECTION") && lower.contains("header") {
+        Some("a DXF drawing")
+    } else {
+        None
+    }
+}
+
 /// The kind of a file that begins with `head`; `None` for G-code.
 fn kind(head: &str) -> Option<Foreign> {
     let lines = head.lines().map(str::trim).filter(|line| !line.is_empty());
@@ -170,7 +201,7 @@ fn kind(head: &str) -> Option<Foreign> {
         .is_some_and(|begin| begin.eq_ignore_ascii_case("rpcode"))
     {
         Some(Foreign::Rp)
-    } else if code == "M48" || is_tool(code) {
+    } else if code == "M48" || is_tool(code) || is_board(&lines) {
         Some(Foreign::Drill)
     } else if names_columns(code) {
         Some(Foreign::Rows)
@@ -179,6 +210,12 @@ fn kind(head: &str) -> Option<Foreign> {
     } else {
         None
     }
+}
+
+/// Returns true if a header of holes begins behind other lines.
+fn is_board(lines: &[&str]) -> bool {
+    let mut header = lines.iter().skip_while(|line| **line != "M48").skip(1);
+    header.any(|line| is_tool(line))
 }
 
 /// Returns true if a line describes a drill, such as `T1C0.8`.
@@ -237,6 +274,10 @@ mod tests {
                 "%\nT2C0.034F200S100\nX004000Y022000\n",
                 Some(Foreign::Drill),
             ),
+            (
+                "G90\nM72\nM48\nT0C0.006\nT1C0.012\n%\n",
+                Some(Foreign::Drill),
+            ),
             ("RPcode.V.1.0.0 \n1\t0.5\t0.0\t0.25\n", Some(Foreign::Rp)),
             (
                 "row,dx,dy,engrave,cum_x\n1,10,-10,1,10\n",
@@ -250,6 +291,33 @@ mod tests {
             (";FLAVOR:Marlin\n;TIME:66\nM140 S60\n", Some(Foreign::Print)),
         ] {
             assert_eq!(kind(head), expected, "{head}");
+        }
+    }
+
+    #[test]
+    fn a_drawing_is_called_by_its_name() {
+        for (head, expected) in [
+            ("<svg xmlns='http://www.w3.org/2000/svg'/>\n", "SVG"),
+            ("\u{FEFF}<?xml version='1.0'?>\n<svg/>\n", "SVG"),
+            ("<!DOCTYPE html>\n<html>\n", "web page"),
+            ("%PDF-1.4\n", "printed"),
+            ("solid cube\n facet normal 0 0 1\n", "three dimensions"),
+            ("IN;SP1;PU0,0;PD1000,0;\n", "HPGL"),
+            ("G04 made by KiCad*\n%FSLAX46Y46*%\n%MOMM*%\n", "Gerber"),
+            ("  0\nSECTION\n  2\nHEADER\n", "DXF"),
+        ] {
+            let told = drawing(head.as_bytes());
+            assert!(told.is_some_and(|told| told.contains(expected)), "{head}");
+        }
+        for head in [
+            "",
+            "%\nO1\n",
+            "(section)\nG0 X1\n",
+            "G04 P1\n",
+            "in inches\n",
+            "M48\n",
+        ] {
+            assert_eq!(drawing(head.as_bytes()), None, "{head}");
         }
     }
 

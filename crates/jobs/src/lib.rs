@@ -32,7 +32,7 @@ mod words;
 pub use check::{read_through, CheckJson, CheckReport};
 pub use checker::{follow, Ask, Doubt, Follow, RestError};
 pub use complaint::{faults, Complaint, Fault};
-pub use foreign::{board_options, board_speeds, unix_lines, Foreign};
+pub use foreign::{board_options, board_speeds, drawing, unix_lines, Foreign};
 pub use json::{
     error_json, extents, warning_json, Extent, Extents, JsonError, JsonWarning, JSON_VERSION,
 };

@@ -72,6 +72,7 @@ const SPLINES: &str = "Splines are not supported: let the CAM program write arcs
 const COMMA: &str =
     "A comma is no decimal point. Write X1.5 for X1,5, or choose points in the CAM \
                      program.";
+const POLAR: &str = "Polar coordinates are not supported: write X and Y.";
 const UNSUPPORTED: &str = "This word is not supported. Leave it out, or choose the GRBL \
                            post-processor in the CAM program.";
 
@@ -259,6 +260,7 @@ pub(crate) fn remedy(status: Status, rest: &str) -> Option<&'static str> {
         Status::NeedsProgram | Status::Calculates => Some(PROGRAMS),
         Status::OutOfRange => out_of_range(rest),
         Status::ExpectedLetter if rest.starts_with(',') => Some(COMMA),
+        Status::ExpectedLetter if rest.starts_with(['@', '^']) => Some(POLAR),
         _ => None,
     }
 }
@@ -363,7 +365,11 @@ mod tests {
     }
 
     #[test]
-    fn a_comma_and_a_servo_are_told_as_such() {
+    fn a_comma_polar_words_and_a_servo_are_told_as_such() {
+        for line in ["G1 @5 ^30 F100", "G91 G81 R.1 Z-.5 ^60 F10"] {
+            let shown = told("", line).unwrap();
+            assert!(shown.contains(POLAR), "{shown}");
+        }
         let shown = told("", "G1 X1,5 F100").unwrap();
         assert!(shown.contains(COMMA), "{shown}");
         let shown = told("", "M280 P0 S90").unwrap();

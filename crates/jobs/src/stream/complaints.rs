@@ -254,7 +254,8 @@ impl Replies for Complaints {
 
 /// Returns true if a line may be a probe's, G38.2 to G38.5.
 fn probes(line: &[u8]) -> bool {
-    line.windows(2).any(|pair| pair == b"38")
+    let mut words = line.split(|byte| byte.eq_ignore_ascii_case(&b'G')).skip(1);
+    words.any(|word| word.trim_ascii_start().starts_with(b"38"))
 }
 
 /// Reads `[PRB:1.000,2.000,-3.000:1]`: where a probe has ended, and whether it has touched.
