@@ -145,7 +145,7 @@ impl<const AXES: usize> Window<AXES> {
         when: When,
         probe: &mut Probe<AXES>,
     ) -> Option<Curved<AXES>> {
-        let may_grow = if self.is_open(number) {
+        let known = if when == When::Known && self.is_open(number) {
             self.room_ahead(number)
         } else {
             f32::INFINITY
@@ -155,7 +155,7 @@ impl<const AXES: usize> Window<AXES> {
         let mut length = meeting.shorter;
         loop {
             probe.wanted = length;
-            if may_grow < length && when == When::Known {
+            if known < length {
                 return None;
             }
             let reach = min(length, room);
