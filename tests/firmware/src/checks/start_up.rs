@@ -1,7 +1,7 @@
 //! From reset to work: when the pins are driven, and what happens if the crystal does not start.
 use super::{motion, Figures};
 use crate::{
-    bench::{ensure, Bench, Failure},
+    bench::{cycles, ensure, Bench, Failure},
     compare, desk,
     firmware::{Build, Firmware},
     job::Job,
@@ -18,6 +18,8 @@ const INTERNAL_HZ: f64 = 16e6;
 const DRIVEN_US: f64 = 20.0;
 /// Cycles between two looks at the pins afterwards, up to the banner.
 const LOOK: u64 = 1_000;
+/// The longest time until the banner, s: a sector may be erased before.
+const BANNER_SECONDS: f64 = 2.0;
 
 fn is_off(bench: &Bench, pin: Pin) -> bool {
     bench.machine.drives(pin) && !bench.machine.level(pin)
@@ -64,7 +66,9 @@ pub(super) fn ensure_off_within(
     }
     let mut bench = Bench::switch_on(build)?;
     bench.run_to((driven_us * INTERNAL_HZ / 1e6) as u64)?;
+    let end = cycles(BANNER_SECONDS);
     while bench.heard().is_empty() {
+        ensure(bench.machine.cycle() < end, || "no banner".into())?;
         let on = pins.iter().find(|pin| !is_off(&bench, **pin));
         ensure(on.is_none(), || {
             format!("{on:?} is not off before the banner")
