@@ -131,3 +131,37 @@ fn a_hold_and_a_reset_act_within_five_milliseconds_while_another_line_floods() {
         }
     }
 }
+
+/// As it is a moment later, when the job moves: had the setting waited, all lines would have.
+#[test]
+fn a_setting_of_another_line_stops_no_job_that_is_about_to_move() {
+    let mut setup = Setup::<3>::new(MachineConfig::new(), Rate::NeverWaits);
+    setup.lines = vec![Rate::NeverWaits; 3];
+    let mut memory = Memory::new(&setup);
+    let mut sim: Simulation<'_, _, _, 3, 3, 1024> =
+        Simulation::new(&mut memory, &setup, Cartesian, ());
+    let mut desk = Desk {
+        flooding: ChannelId(2),
+        flood: b"",
+        is_on: false,
+        at: 0,
+        to_send: Default::default(),
+        reports: Vec::new(),
+        incoming: Default::default(),
+    };
+    // It begins 100 ms after its line.
+    let job = format!("$701=100\n{SETTINGS}G1X20F6000\n");
+    desk.to_send[0].extend(job.bytes());
+    wait(&mut sim, &mut desk, 50_000);
+    desk.to_send[1].extend(b"$100=81\n");
+    wait(&mut sim, &mut desk, 10_000);
+    desk.to_send[0].extend(b"X40\n");
+    let mut speeds = Vec::new();
+    while sim.machine().position()[0].to_mm() < 35.0 {
+        wait(&mut sim, &mut desk, 5_000);
+        speeds.push(f64::from(sim.machine().speed()).round());
+    }
+    let ramp = speeds.iter().position(|speed| *speed == FEED_S).unwrap();
+    let cruise = &speeds[ramp..speeds.len() - 1];
+    assert!(cruise.iter().all(|speed| *speed == FEED_S), "{speeds:?}");
+}

@@ -48,7 +48,8 @@ where
         };
         let read = channel.line().map(|text| line.extend_from_slice(text));
         let is_system = read.is_ok() && line.first() == Some(&b'$');
-        self.program.line_waits = is_system && self.awaits_motion(&line);
+        let may_wait = is_system && owner.is_none_or(|owner| owner == id);
+        self.program.line_waits = may_wait && self.awaits_motion(&line);
         if self.program.line_waits {
             return self.motion.release();
         }
@@ -72,7 +73,8 @@ where
     }
 
     /// True if a `$` line changes a setting behind moves that have not begun: then it is carried
-    /// out after them.
+    /// out after them. One of another line than the job's is refused, as it is a moment later: while
+    /// it waited, the job's lines would, and motion would stop in mid-job.
     fn awaits_motion(&self, line: &[u8]) -> bool {
         let command = || SystemCommand::parse(line, &self.circumstances());
         self.is_about_to_move() && matches!(command(), Ok(SystemCommand::Set { .. }))

@@ -50,7 +50,11 @@ where
             return self.start_loader(id, board, now);
         }
         let result = match SystemCommand::parse(line, &self.circumstances()) {
-            Ok(command) if command.needs_rest() && self.is_about_to_move() => {
+            // A setting of the job's own line has waited until here.
+            Ok(command)
+                if self.is_about_to_move()
+                    && (command.needs_rest() || matches!(command, SystemCommand::Set { .. })) =>
+            {
                 Err(Status::NotIdle.into())
             }
             Ok(command) => self

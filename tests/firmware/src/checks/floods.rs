@@ -105,13 +105,11 @@ fn zigzag() -> Job {
     Job::new("zigzag", &settings, &lines.collect::<String>())
 }
 
-/// A job that has begun is streamed over one line while the other one is flooded, and takes no
-/// longer. Returns the ratio of the times.
+/// A job is streamed over one line while the other one is flooded, and takes no longer. Returns the
+/// ratio of the times.
 fn stream(bench: &Bench, flood: Flood, job: &Job) -> Result<f64, Failure> {
     let mut bench = bench.clone();
     bench.command(FIRST.trim_end())?;
-    // Now it moves: a setting on another line is refused.
-    bench.run_for(2.0 * LOOK_SECONDS)?;
     bench.flood(flood);
     Stream::new(&job.program).send_all(&mut bench)?;
     let program = format!("{FIRST}{}", job.program);
