@@ -99,6 +99,12 @@ pub(crate) const PLANTED: &[Planted] = &[
         &["power-loss"],
     ),
     planted(
+        "the caches of the flash keep what they hold of an erased sector",
+        FLASH,
+        |word| Some(word & !(0b11 << 11)),
+        &["sector-change"],
+    ),
+    planted(
         "a board's record is not summed up as it is",
         CRC,
         |word| Some(word ^ 1),
