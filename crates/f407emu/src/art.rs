@@ -151,7 +151,7 @@ struct Lines<const COUNT: usize> {
     line: [u32; COUNT],
     used: [u64; COUNT],
     /// From the first to the last line that was erased since the cache was empty.
-    erased: Range<u32>,
+    erased: Option<Range<u32>>,
     /// One of them was read.
     stale_use: bool,
     clock: u64,
@@ -162,7 +162,7 @@ impl<const COUNT: usize> Lines<COUNT> {
         Lines {
             line: [NONE; COUNT],
             used: [0; COUNT],
-            erased: NONE..0,
+            erased: None,
             stale_use: false,
             clock: 0,
         }
@@ -174,14 +174,17 @@ impl<const COUNT: usize> Lines<COUNT> {
         let held = self.line.iter().position(|&held| held == line);
         let place = held.unwrap_or_else(|| self.oldest());
         self.line[place] = line;
-        self.stale_use |= self.erased.contains(&line);
+        self.stale_use |= self
+            .erased
+            .as_ref()
+            .is_some_and(|lines| lines.contains(&line));
         self.used[place] = self.clock;
         held.is_some()
     }
 
     fn erase(&mut self, lines: &Range<u32>) {
-        let Range { start, end } = &self.erased;
-        self.erased = lines.start.min(*start)..lines.end.max(*end);
+        let before = self.erased.as_ref().unwrap_or(lines);
+        self.erased = Some(before.start.min(lines.start)..before.end.max(lines.end));
     }
 
     fn oldest(&self) -> usize {
