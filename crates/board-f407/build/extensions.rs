@@ -96,7 +96,7 @@ fn heat(profile: &Profile, board: &Board) -> Option<Extension> {
     })
 }
 
-/// M62 to M65.
+/// Makes the extension of M62 to M65, if the machine has outputs.
 fn outputs(profile: &Profile) -> Option<Extension> {
     let config = profile.outputs.config();
     (config.count > 0).then(|| Extension {

@@ -56,7 +56,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     write(&(machine + &board.pins_module()), &(board.memory() + &axes))
 }
 
-/// Writes the board's module and the linker's memory map to where the compiler looks for them.
+/// Writes the board's module and the linker's memory map to the folder in which the compiler looks
+/// for them.
 fn write(module: &str, memory: &str) -> Result<(), Box<dyn Error>> {
     let out = PathBuf::from(env::var("OUT_DIR")?);
     fs::write(out.join("board.rs"), module)?;

@@ -25,10 +25,10 @@ pub(crate) struct F407 {
     /// The level of the enable pins at which the motors are off: `$4`.
     motors_off: bool,
     power: pwm::Channel,
-    /// Why the machine must not move, if there is a reason. Then no pin is driven but the serial
-    /// line's and those that have their safe levels.
+    /// The reason why the machine must not move, if there is a reason. Then no pin is driven but
+    /// the serial line's and those that have their safe levels.
     locked: Option<&'static str>,
-    /// When the loader is to start, if it is.
+    /// The time at which the loader is to start, if it is.
     loader: Option<Instant>,
     /// The part of a new record that has come over a line.
     #[cfg(record)]

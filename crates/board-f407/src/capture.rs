@@ -79,7 +79,7 @@ impl Input {
         capture_dma().st(self.stream_number())
     }
 
-    /// How many more edges its stream takes.
+    /// Returns how many more edges its stream takes.
     fn room(&self) -> usize {
         usize::from(self.stream().ndtr().read().ndt().bits())
     }
@@ -158,8 +158,8 @@ impl Part {
         Told { part: self, first }
     }
 
-    /// True if an edge was lost: it came before DMA had taken the one before, or found the memory
-    /// full.
+    /// Returns true if an edge was lost: it came before DMA had taken the one before, or found the
+    /// memory full.
     fn has_lost(&self) -> bool {
         let flags = tick_timer().sr().read();
         flags.ccof(self.input().index() as u8).bit_is_set()
@@ -185,7 +185,7 @@ impl Capture {
     }
 
     /// Captures these wires from now on (`wires` has a bit for each), and forgets all edges before.
-    /// At rest, where no tick writes DIER.
+    /// At rest, when no tick writes DIER.
     fn begin(&mut self, wires: usize) {
         self.end();
         let chosen = (0..CAPTURES.len()).filter(|wire| wires >> wire & 1 != 0);

@@ -9,8 +9,8 @@ use stm32f4::stm32f407::DBGMCU;
 /// The message on another chip than an STM32F405 or F407.
 const ANOTHER: &str = "This chip is no STM32F407, locked: flash the firmware of its own";
 
-/// Why this firmware must not drive the pins of this chip, if there is a reason: its number says
-/// that it is another one. An F407 of revision A says 0x411 (RM0090 section 38.6.1; ES0182).
+/// Returns why this firmware must not drive the pins of this chip, if there is a reason: its number
+/// says that it is another one. An F407 of revision A says 0x411 (RM0090 section 38.6.1; ES0182).
 /// Start-up.
 pub(crate) fn refusal(debug: &DBGMCU) -> Option<&'static str> {
     match debug.idcode().read().dev_id().bits() {

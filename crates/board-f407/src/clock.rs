@@ -24,7 +24,7 @@ pub(crate) const CPU_HZ: u32 = 168_000_000;
 pub(crate) const APB1_TIMER_HZ: u32 = 84_000_000;
 /// Clock of the bus of USART2 in Hz.
 pub(crate) const APB1_HZ: u32 = 42_000_000;
-/// How often the crystal is looked at before it is given up: this takes some 100 ms with the 16 MHz
+/// The number of looks at the crystal before it is given up: this takes some 100 ms with the 16 MHz
 /// after reset. A crystal starts within 2 ms (data sheet, table 36).
 const PATIENCE: u32 = 200_000;
 
@@ -248,7 +248,7 @@ pub(crate) fn take_alarms() -> bool {
 /// True if the main loop is to run once more.
 static AWAKE: AtomicBool = AtomicBool::new(true);
 
-/// Makes the main loop run once more. Any context: all contexts run on one core, where only the
+/// Makes the main loop run once more. Any context: all contexts run on one core, on which only the
 /// compiler could change the order of stores.
 #[inline]
 pub(crate) fn wake() {

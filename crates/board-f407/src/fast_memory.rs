@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!  instruction bus  0x00000000  SRAM1 a second time: vectors, step interrupts
-//!                               (no wait states, where the flash has five)
+//!                               (no wait states; the flash has five)
 //!  data bus         0x10000000  core coupled memory: stack, data of ticks, machine, pixels
 //!                               (no DMA there)
 //!  system bus       0x20000000  SRAM for all else, DMA, peripherals

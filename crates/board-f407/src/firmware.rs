@@ -29,7 +29,7 @@ use leadscrew_planner::PixelQueue;
 use stm32f4::stm32f407::{Interrupt, EXTI, PWR, RCC};
 use stm32f4xx_hal::rcc::Rcc;
 
-/// How long the main loop sleeps at most, in microseconds.
+/// The longest sleep of the main loop, in microseconds.
 const LONGEST_SLEEP: Duration = Duration::from_ticks(5_000);
 
 /// Changes of power within rows of a raster. A machine of more than four axes takes more room in the
@@ -63,7 +63,7 @@ fn switch_on_clocks(rcc: &RCC) {
     });
 }
 
-/// How the firmware came to start.
+/// The start of the firmware: the source of its clock, and the reason of the reset.
 struct Start {
     source: Source,
     reason: restart::Reason,
@@ -119,7 +119,7 @@ mod app {
     #[shared]
     struct SharedResources {
         sender: Sender,
-        // In the core coupled memory, where no DMA delays an edge.
+        // In the core coupled memory, in which no DMA delays an edge.
         #[lock_free]
         #[allow(unsafe_code)]
         #[link_section = ".bss.ccm.filter"]

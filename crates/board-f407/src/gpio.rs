@@ -60,7 +60,7 @@ enum Mode {
     Analog = 3,
 }
 
-/// How fast an output's edges are (OSPEEDR; data sheet, table 50). After a reset most pins take
+/// The speed of an output's edges (OSPEEDR; data sheet, table 50). After a reset most pins take
 /// 100 ns for an edge.
 #[derive(Clone, Copy)]
 pub(crate) enum Speed {
@@ -74,7 +74,7 @@ pub(crate) enum Speed {
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Pin {
     pub(crate) bank: Bank,
-    /// 0 to 15.
+    /// The number in the bank, 0 to 15.
     pub(crate) number: u8,
 }
 

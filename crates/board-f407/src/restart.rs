@@ -23,7 +23,7 @@ use cortex_m::peripheral::SCB;
 use cortex_m_rt::exception;
 use stm32f4::stm32f407::{RCC, SYSCFG};
 
-/// Why the chip was reset.
+/// The reason why the chip was reset.
 #[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
 pub(crate) enum Reason {
     /// Power came on, the reset pin was pulled, or a debugger asked for a reset: no message.
@@ -72,7 +72,7 @@ const ALL: [Reason; 6] = [
     Reason::SupplyLow,
 ];
 
-/// What a program leaves when it ends: 40 bytes, which a reset leaves alone.
+/// The note that a program leaves when it ends: 40 bytes, which a reset leaves alone.
 struct Note {
     /// [`Reason::note`] or [`Reason::told`]; anything else if nothing has ended.
     reason: AtomicU32,
@@ -216,8 +216,8 @@ fn end_as(note: u32, words: [u32; 3], file: &str) -> ! {
     SCB::sys_reset()
 }
 
-/// Why the chip was reset. This clears the chip's flags, and marks the note as told: a second call
-/// would find nothing. Once, at start-up.
+/// Returns why the chip was reset. This clears the chip's flags, and marks the note as told: a
+/// second call would find nothing. Once, at start-up.
 pub(crate) fn reason(rcc: &RCC) -> Reason {
     let flags = rcc.csr().read();
     rcc.csr().modify(|_, w| w.rmvf().set_bit());

@@ -151,8 +151,8 @@ pub(crate) fn start() {
         .write(|w| w.ue().enabled().te().enabled().re().enabled());
 }
 
-/// How often the ring is looked at, in microseconds: a realtime byte is seen no later than this.
-/// Ten bytes at 2 Mbaud.
+/// The time between two looks at the ring, in microseconds: a realtime byte is seen no later than
+/// this. Ten bytes at 2 Mbaud.
 const EVERY_US: u32 = 50;
 
 /// Places of the ring. Writing the flash may hold the CPU up for 2 ms, in which 400 bytes come at 2

@@ -18,7 +18,7 @@ use stm32f4::stm32f407::{flash, FLASH};
 /// Bytes of a sector that are used: all of a small one.
 const AREA: usize = 16 * 1024;
 
-/// Why the flash refused.
+/// The reason why the flash refused.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, defmt::Format)]
 pub(crate) enum FlashError {
     /// The bytes are not whole words, or not within their area, or all places for a record are

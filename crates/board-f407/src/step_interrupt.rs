@@ -32,7 +32,7 @@ struct Owned {
 struct Place(UnsafeCell<MaybeUninit<Owned>>);
 
 // SAFETY: `start` fills it before the interrupts can come. After that ticks use it. The end of a
-// pulse uses it only at rest, where no tick comes.
+// pulse uses it only at rest, when no tick comes.
 unsafe impl Sync for Place {}
 
 #[link_section = ".bss.ccm.owned"]

@@ -16,7 +16,7 @@
 //! its pulse: ticks are at least a pulse and 1 µs apart (`StepTiming`), and the pins are low 0.3 µs
 //! after a pulse's end, 0.6 µs on a board with a record, 0.7 µs with a record and four motors. A
 //! pulse that is over while a tick is at work ends after the tick: 1.3 µs later at most; 3.2 µs
-//! where the tick begins a line (a straight move, `leadscrew_stepper::Line`), 4.1 µs with a record
+//! if the tick begins a line (a straight move, `leadscrew_stepper::Line`), 4.1 µs with a record
 //! and four motors.
 //!
 //! For each set of motors, a table has the words that go to the ports (`wired`, `recorded`). Each
@@ -87,8 +87,8 @@ pub(crate) fn configure(port: &PortConfig) {
 /// by more than an instruction.
 const MISSED: u32 = 8_400;
 
-/// True if an instant has come. An instant that is less than half the timer's range (25 s) ahead is
-/// in the future.
+/// Returns true if an instant has come. An instant that is less than half the timer's range (25 s)
+/// ahead is in the future.
 #[inline(always)]
 fn has_come(instant: u32, now: u32) -> bool {
     now.wrapping_sub(instant).cast_signed() >= 0
@@ -107,8 +107,9 @@ pub(crate) fn start(_: TIM2, _: TIM11) {
     pulse_timer().dier().write(|w| w.uie().enabled());
 }
 
-/// True if motion is to begin. At rest this also puts new levels out; while a step pin is on, it
-/// leaves them to the interrupt at the pulse's end. Interrupt of TIM11, which the main loop pends.
+/// Returns true if motion is to begin. At rest this also puts new levels out; while a step pin is
+/// on, it leaves them to the interrupt at the pulse's end. Interrupt of TIM11, which the main loop
+/// pends.
 #[inline(always)] // with `is_pulsing` inlined too, a pulse ends in 69 cycles and not in 77
 pub(crate) fn is_to_start(shared: &Shared<MOTORS>) -> bool {
     !TICKING.load(Relaxed) && rewire_and_look(shared)
@@ -126,8 +127,8 @@ fn rewire_and_look(shared: &Shared<MOTORS>) -> bool {
     shared.is_running()
 }
 
-/// True if step pins are at the level of a pulse: TIM11 counts, or it has stopped and nobody has
-/// seen it yet.
+/// Returns true if step pins are at the level of a pulse: TIM11 counts, or it has stopped and
+/// nobody has seen it yet.
 #[inline(always)] // see `is_to_start`
 fn is_pulsing() -> bool {
     pulse_timer().cr1().read().cen().bit_is_set() || pulse_timer().sr().read().uif().bit_is_set()
@@ -212,7 +213,7 @@ pub(crate) struct Port {
 }
 
 impl Port {
-    /// At rest.
+    /// Makes a port at rest.
     pub(crate) fn new() -> Self {
         Port {
             due: 0,

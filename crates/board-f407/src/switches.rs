@@ -38,7 +38,7 @@ placed! { ".bss.ccm.levels";
     /// The levels that are believed, one bit a line. Written by the switch interrupts.
     static LEVELS: AtomicU16 = AtomicU16::new(0);
 }
-/// How long a level has to last, in microseconds. Written by the main loop at rest.
+/// The time for which a level has to last, in microseconds. Written by the main loop at rest.
 static TIME_US: AtomicU32 = AtomicU32::new(0);
 
 /// Sets the filter's time, in microseconds. Main loop, at rest: at start-up before the machine
@@ -62,7 +62,7 @@ pub(crate) struct Filter {
     exti: EXTI,
     /// Lines whose level is being waited for.
     settling: u16,
-    /// When each of these lines is looked at, in counts of the clock, microseconds.
+    /// The time at which each of these lines is looked at, in counts of the clock, microseconds.
     due: [u32; 16],
     /// The instant for which the alarm is set.
     alarm: u32,

@@ -171,7 +171,7 @@ fn input(code: PinCode) -> Option<Input> {
     })
 }
 
-/// For the log.
+/// Returns the name of the board, for the log.
 pub(crate) fn name() -> &'static str {
     let text = content().name.split(|byte| *byte == 0).next();
     core::str::from_utf8(text.unwrap_or_default()).unwrap_or_default()
@@ -188,9 +188,9 @@ pub(crate) fn settings_sectors() -> (Sector, Sector) {
     (Sector(first), Sector(second))
 }
 
-/// True if the image has the flash to itself, with no bootloader in front. Without a record this
-/// decides the serial line. An image alone uses the Discovery's line. An image behind a bootloader
-/// uses the line of printer boards, on which ST's own bootloader listens as well.
+/// Returns true if the image has the flash to itself, with no bootloader in front. Without a record
+/// this decides the serial line. An image alone uses the Discovery's line. An image behind a
+/// bootloader uses the line of printer boards, on which ST's own bootloader listens as well.
 fn is_alone() -> bool {
     Sector::at(fast_memory::start()).0 == 0
 }
@@ -232,7 +232,7 @@ pub(crate) fn spindle() -> [Option<Output>; 2] {
     [outputs.spindle, outputs.spindle_reverse].map(output)
 }
 
-/// Flood and mist.
+/// Returns the outputs of flood and mist.
 pub(crate) fn coolant() -> [Option<Output>; 2] {
     let outputs = &content().outputs;
     [outputs.flood, outputs.mist].map(output)

@@ -48,7 +48,7 @@ pub(crate) fn find() -> Option<&'static str> {
 
 /// A board: its pins and its crystal.
 pub(crate) struct Profile {
-    /// For the log.
+    /// The name of the board, for the log.
     pub(crate) name: &'static str,
     /// Frequency of the crystal in Hz.
     pub(crate) crystal_hz: u32,
@@ -60,9 +60,9 @@ pub(crate) struct Profile {
     pub(crate) enables: &'static [Pin],
     /// Laser or spindle power.
     pub(crate) power: PowerPin,
-    /// Spindle on.
+    /// The output that switches the spindle on.
     pub(crate) spindle: Option<Output>,
-    /// Spindle counter-clockwise.
+    /// The output for the counter-clockwise direction of the spindle.
     pub(crate) spindle_reverse: Option<Output>,
     /// Flood coolant.
     pub(crate) flood: Option<Output>,
@@ -70,15 +70,15 @@ pub(crate) struct Profile {
     pub(crate) mist: Option<Output>,
     /// Limit switches, one input a motor.
     pub(crate) limits: [Option<Input>; MOTORS],
-    /// Probe.
+    /// The input of the probe.
     pub(crate) probe: Option<Input>,
-    /// Reset button.
+    /// The input of the reset button.
     pub(crate) reset: Option<Input>,
-    /// Feed hold button.
+    /// The input of the feed hold button.
     pub(crate) hold: Option<Input>,
-    /// Cycle start button.
+    /// The input of the cycle start button.
     pub(crate) start: Option<Input>,
-    /// Safety door.
+    /// The input of the safety door.
     pub(crate) door: Option<Input>,
     /// The outputs of M62 to M65.
     pub(crate) synchronised: &'static [Output],
@@ -124,7 +124,7 @@ pub(crate) struct PowerPin {
     /// Number of the timer's function in the data sheet's table 9.
     pub(crate) function: u8,
     pub(crate) timer: Timer,
-    /// 1 to 4.
+    /// The channel of the timer, 1 to 4.
     pub(crate) channel: u8,
     /// Frequency in Hz, 50 to 100 000, unless the build names another ([`POWER_HZ`]).
     pub(crate) frequency: u32,
@@ -155,7 +155,7 @@ pub(crate) struct MotorPins {
 
 #[cfg(windings)]
 impl MotorPins {
-    /// How many there are: one for each phase.
+    /// The number of pins: one for each phase.
     pub(crate) const COUNT: usize = 5;
 
     /// Names the lines.
@@ -164,7 +164,7 @@ impl MotorPins {
     }
 }
 
-/// For the log.
+/// Returns the name of the board, for the log.
 pub(crate) fn name() -> &'static str {
     PROFILE.name
 }
@@ -199,7 +199,7 @@ pub(crate) fn spindle() -> [Option<Output>; 2] {
     [PROFILE.spindle, PROFILE.spindle_reverse]
 }
 
-/// Flood and mist.
+/// Returns the outputs of flood and mist.
 pub(crate) fn coolant() -> [Option<Output>; 2] {
     [PROFILE.flood, PROFILE.mist]
 }

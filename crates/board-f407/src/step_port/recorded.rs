@@ -19,7 +19,7 @@ const NO_WORDS: Words = [const { AtomicU32::new(0) }; MOTORS];
 /// Ports, and their words for each set of motors. The main loop writes them at rest, the step
 /// interrupt reads them.
 struct Table {
-    /// Ports in use.
+    /// The number of ports in use.
     count: AtomicU8,
     ports: [AnyPort; MOTORS],
     words: [Words; SETS],

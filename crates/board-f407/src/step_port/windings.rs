@@ -36,7 +36,7 @@ placed! { ".bss.ccm.turns";
     static BACK: AtomicU8 = AtomicU8::new(0);
 }
 placed! { ".bss.ccm.inverted";
-    /// `$3`.
+    /// The motors that `$3` inverts.
     static INVERTED: AtomicU8 = AtomicU8::new(0);
 }
 placed! { ".bss.ccm.energised";
