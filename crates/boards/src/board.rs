@@ -24,7 +24,7 @@ pub struct Board {
     pub gives_up_debug_port: bool,
     /// The sources of the pins: documents that anybody can open.
     pub sources: Vec<String>,
-    /// How the motors move the axes.
+    /// The way in which the motors move the axes.
     #[serde(default)]
     pub kinematics: Kinematics,
     /// Axes that home together, in the order in which they home, as in `["Z", "XY"]`; Grbl's order
@@ -69,7 +69,7 @@ pub struct Wire {
     pub to: Pin,
 }
 
-/// How the motors move the axes.
+/// The way in which the motors move the axes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kinematics {
@@ -121,13 +121,13 @@ impl Power {
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Outputs {
-    /// Spindle on.
+    /// The output that switches the spindle on.
     pub spindle: Option<Output>,
-    /// Spindle counter-clockwise.
+    /// The output for the counter-clockwise direction of the spindle.
     pub spindle_reverse: Option<Output>,
-    /// Flood coolant.
+    /// The output of flood coolant.
     pub flood: Option<Output>,
-    /// Mist coolant.
+    /// The output of mist coolant.
     pub mist: Option<Output>,
     /// Pins that are always high.
     #[serde(default)]
@@ -170,15 +170,15 @@ pub enum Level {
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Inputs {
-    /// Probe.
+    /// The input of the probe.
     pub probe: Option<Input>,
-    /// Reset.
+    /// The input of the reset button.
     pub reset: Option<Input>,
-    /// Feed hold.
+    /// The input of the feed hold button.
     pub hold: Option<Input>,
-    /// Cycle start.
+    /// The input of the cycle start button.
     pub start: Option<Input>,
-    /// Safety door.
+    /// The input of the safety door.
     pub door: Option<Input>,
 }
 
@@ -250,8 +250,8 @@ impl Board {
         toml::from_str(text).map_err(|error| error.to_string())
     }
 
-    /// The board of this name that comes with the firmware. If there is none, the board in the file
-    /// of this name in `folder`.
+    /// Returns the board of this name that comes with the firmware. If there is none, the board in
+    /// the file of this name in `folder`.
     ///
     /// # Errors
     /// If there is neither, or the file does not describe a board; the message says where and
@@ -270,14 +270,14 @@ impl Board {
         Self::read(&text).map_err(|error| format!("{name}: {}", error.trim_end()))
     }
 
-    /// The sockets of all motors: first `[[motor]]`, then `[sockets]`.
+    /// Returns the sockets of all motors: first `[[motor]]`, then `[sockets]`.
     pub fn motor_sockets(&self) -> impl Iterator<Item = MotorSocket> + '_ {
         let own = self.motor.iter().map(|motor| motor.socket);
         own.chain(self.sockets.motors.iter().copied())
     }
 
-    /// True if the board switches the windings of its motors itself. [`Board::check`] refuses a
-    /// board that has both kinds of motors.
+    /// Returns true if the board switches the windings of its motors itself. [`Board::check`]
+    /// refuses a board that has both kinds of motors.
     #[must_use]
     pub fn switches_windings(&self) -> bool {
         self.motor_sockets()
@@ -308,8 +308,9 @@ impl Board {
         .filter_map(|(name, output)| Some((name, output?)))
     }
 
-    /// The pins that could do harm, each with the level at which it does none: the pin of power
-    /// first. An output is harmless while it is off, a pin that moves a motor while it is low.
+    /// Returns the pins that could do harm, each with the level at which it does none: the pin of
+    /// power first. An output is harmless while it is off, a pin that moves a motor while it is
+    /// low.
     #[must_use]
     pub fn safe_levels(&self) -> Vec<(Pin, Level)> {
         let sockets = &self.sockets;
@@ -351,8 +352,8 @@ impl Board {
         limits.chain(others).collect()
     }
 
-    /// The wires that lead to pins of TIM2's channels, each with its channel, in the order of the
-    /// file.
+    /// Returns the wires that lead to pins of TIM2's channels, each with its channel, in the order
+    /// of the file.
     #[must_use]
     pub fn captures(&self) -> Vec<(Wire, u8)> {
         let inputs: Vec<Pin> = self.all_inputs().iter().map(|(_, one)| one.pin).collect();
@@ -362,7 +363,7 @@ impl Board {
             .collect()
     }
 
-    /// All pins, with their purpose, in the order of the file.
+    /// Returns all pins, with their purpose, in the order of the file.
     #[must_use]
     pub fn pins(&self) -> Vec<(String, Pin)> {
         let mut pins = vec![

@@ -42,8 +42,8 @@ fn expect(findings: &mut Vec<Finding>, right: bool, words: impl FnOnce() -> Stri
 }
 
 impl Board {
-    /// The mistakes in the board's file; if there are none, the firmware can be built for the
-    /// board.
+    /// Returns the mistakes in the board's file; if there are none, the firmware can be built for
+    /// the board.
     #[must_use]
     pub fn check(&self) -> Vec<Finding> {
         let mut findings = Vec::new();
@@ -60,8 +60,8 @@ impl Board {
         findings
     }
 
-    /// What the owner of the board should know, though the firmware can be built: pins of the debug
-    /// port that have another purpose.
+    /// Returns what the owner of the board should know, though the firmware can be built: pins of
+    /// the debug port that have another purpose.
     #[must_use]
     pub fn warnings(&self) -> Vec<Finding> {
         let pins = self.pins().into_iter().filter(|(_, pin)| is_debug(*pin));

@@ -23,7 +23,7 @@ pub enum Chip {
 const FUNCTIONS: &str = include_str!("../data/stm32f407.txt");
 
 impl Chip {
-    /// Bytes of flash.
+    /// Returns the size of the flash, bytes.
     #[must_use]
     pub fn flash(self) -> u32 {
         match self {
@@ -40,7 +40,8 @@ impl Chip {
         }
     }
 
-    /// True if the chip's package has a pin. A package with 100 pins has only the ports A to E.
+    /// Returns true if the chip's package has a pin. A package with 100 pins has only the ports A
+    /// to E.
     #[must_use]
     pub fn has(self, pin: Pin) -> bool {
         match self {

@@ -48,7 +48,7 @@ pub struct Needs {
     /// The socket of each motor, for 3 motors or more. `None`: the next one in the order X, Y, Z,
     /// and the spare ones.
     pub motors: Vec<Option<Socket>>,
-    /// How many outputs M62 to M65 switch.
+    /// The number of outputs that M62 to M65 switch.
     pub outputs: usize,
     /// True if it needs the switches at the ends of a tool's travel.
     pub tool: bool,
@@ -62,11 +62,11 @@ pub struct Needs {
     pub fan: bool,
 }
 
-/// How many axes a board has without a machine's file. It has one motor for each axis, and may have
-/// second motors.
+/// The number of axes that a board has without a machine's file. It has one motor for each axis,
+/// and may have second motors.
 const THREE: usize = 3;
 
-/// Why a board does not fit a machine.
+/// The reason why a board does not fit a machine.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Unfit {
     /// The board drives fewer motors.
@@ -139,7 +139,7 @@ impl fmt::Display for Unfit {
 impl std::error::Error for Unfit {}
 
 impl Board {
-    /// The board without its sockets.
+    /// Returns the board without its sockets.
     #[must_use]
     pub fn bare(&self) -> Self {
         Self {
@@ -148,8 +148,8 @@ impl Board {
         }
     }
 
-    /// The board with the sockets that a machine uses, and no others. Settings and the order of
-    /// homing then come from the machine's file.
+    /// Returns the board with the sockets that a machine uses, and no others. Settings and the
+    /// order of homing then come from the machine's file.
     ///
     /// # Errors
     /// A part that the board lacks.

@@ -13,7 +13,7 @@ pub struct Sector {
 }
 
 impl Sector {
-    /// The sector of this number, 0 to 11: four of 16 KiB, one of 64 KiB, seven of 128 KiB.
+    /// Returns the sector of this number, 0 to 11: four of 16 KiB, one of 64 KiB, seven of 128 KiB.
     #[must_use]
     pub fn new(number: u8) -> Option<Self> {
         let (kib, size) = match u32::from(number) {
@@ -28,7 +28,7 @@ impl Sector {
         })
     }
 
-    /// The first address behind the sector.
+    /// Returns the first address behind the sector.
     #[must_use]
     pub fn end(self) -> u32 {
         self.begin + self.size

@@ -34,7 +34,7 @@ pub struct Machine {
     pub settings: Vec<(u16, i64)>,
 }
 
-/// Why a board has no record.
+/// The reason why a board has no record.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum NoRecord {
     /// It has more settings or enable pins than a record has room for.
@@ -57,7 +57,7 @@ impl fmt::Display for NoRecord {
 impl std::error::Error for NoRecord {}
 
 impl Board {
-    /// The sector of the board's record; `None` if no sector begins at [`Board::start`].
+    /// Returns the sector of the board's record; `None` if no sector begins at [`Board::start`].
     #[must_use]
     pub fn record_sector(&self) -> Option<Sector> {
         let start = (0..12).find(|number| {
@@ -67,9 +67,9 @@ impl Board {
         Sector::new(leadscrew_record::sector(start?))
     }
 
-    /// The address at which the room for the program behind the board's record ends: there are the
-    /// settings, or the flash ends. `None` if the record has no sector of its own, or less room
-    /// behind it than an image needs.
+    /// Returns the address at which the room for the program behind the board's record ends: there
+    /// are the settings, or the flash ends. `None` if the record has no sector of its own, or less
+    /// room behind it than an image needs.
     #[must_use]
     pub fn record_end(&self) -> Option<u32> {
         let record = self.record_sector()?;
@@ -83,8 +83,8 @@ impl Board {
         (!settings.contains(&Some(record)) && room >= PROGRAM).then_some(end)
     }
 
-    /// The record of the board, without its sockets, which only a machine's file puts to use.
-    /// [`Board::check`] must have found no mistake.
+    /// Returns the record of the board, without its sockets, which only a machine's file puts to
+    /// use. [`Board::check`] must have found no mistake.
     ///
     /// # Errors
     /// The board has more settings, enable pins or motors than a record has room for, or windings.
@@ -92,7 +92,7 @@ impl Board {
         self.bare().record_for(&self.machine())
     }
 
-    /// The record of a board that is fitted to a machine ([`Board::fitted`]).
+    /// Returns the record of a board that is fitted to a machine ([`Board::fitted`]).
     ///
     /// # Errors
     /// The board has more enable pins or motors, or the machine more settings, than a record has
@@ -115,8 +115,8 @@ impl Board {
         Ok(bytes[..length].to_vec())
     }
 
-    /// The lines that send a record to a firmware. Each has a part of the record; the last one ends
-    /// it.
+    /// Returns the lines that send a record to a firmware. Each has a part of the record; the last
+    /// one ends it.
     #[must_use]
     pub fn record_lines(record: &[u8]) -> Vec<String> {
         let line = |(number, part): (usize, &[u8])| {
@@ -134,7 +134,7 @@ impl Board {
         parts.chain(std::iter::once("$B=".to_owned())).collect()
     }
 
-    /// The machine of a board without a machine's file.
+    /// Returns the machine of a board without a machine's file.
     #[must_use]
     pub fn machine(&self) -> Machine {
         let second = self.motor.get(usize::from(AXES)).map(|motor| motor.axis);

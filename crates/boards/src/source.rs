@@ -13,8 +13,8 @@ use std::fmt::Write;
 const AXES: usize = crate::record::AXES as usize;
 
 impl Board {
-    /// The module of the board's pins, which `crates/board-f407` compiles. [`Board::check`] must
-    /// have found no mistake.
+    /// Returns the module of the board's pins, which `crates/board-f407` compiles. [`Board::check`]
+    /// must have found no mistake.
     #[must_use]
     pub fn pins_module(&self) -> String {
         let [first, second] = self.settings;
@@ -99,8 +99,8 @@ pub(crate) const HEATER_FAULT: Option<crate::gpio::Input> = {};\n",
         }
     }
 
-    /// The module for a machine without a file of its own: how many motors move which axes, and the
-    /// settings of a new machine.
+    /// Returns the module for a machine without a file of its own: how many motors move which axes,
+    /// and the settings of a new machine.
     #[must_use]
     pub fn machine_module(&self) -> String {
         let motors = self.motor.len();
@@ -181,7 +181,7 @@ pub(crate) fn own() -> Own {{
         )
     }
 
-    /// The linker's memory map: where flash, code in SRAM, variables and stack are.
+    /// Returns the linker's memory map: where flash, code in SRAM, variables and stack are.
     #[must_use]
     pub fn memory(&self) -> String {
         let sectors = self.settings.map(Sector::new);
@@ -207,11 +207,11 @@ pub(crate) fn own() -> Own {{
         self.script(end, memory, &text)
     }
 
-    /// The linker's memory map of an image that reads its board from a record. The record's sector
-    /// is in front of the code, which ends where this board has its settings, or where its flash
-    /// ends. The image serves all boards with the same `start` whose settings are behind its last
-    /// byte. An image of four motors has less room for the step interrupts' code, since its moves
-    /// take more. `None` if the board has no room for such an image.
+    /// Returns the linker's memory map of an image that reads its board from a record. The record's
+    /// sector is in front of the code, which ends where this board has its settings, or where its
+    /// flash ends. The image serves all boards with the same `start` whose settings are behind its
+    /// last byte. An image of four motors has less room for the step interrupts' code, since its
+    /// moves take more. `None` if the board has no room for such an image.
     #[must_use]
     pub fn record_memory(&self, has_four_motors: bool) -> Option<String> {
         let (sector, end) = (self.record_sector()?, self.record_end()?);
@@ -288,7 +288,7 @@ const VECTORS: u32 = 512;
 /// Bytes of the smallest sectors, in which a vector table may be.
 const SMALLEST: u32 = 16 << 10;
 
-/// How an image divides the memory.
+/// The division of the memory by an image.
 #[derive(Clone, Copy)]
 struct Memory {
     /// Bytes for the step interrupts' code, the first ones of SRAM1.
@@ -389,7 +389,7 @@ impl Drive {
 }
 
 impl Input {
-    /// The input as the source text of a value.
+    /// Returns the input as the source text of a value.
     #[must_use]
     pub fn literal(self) -> String {
         // The machine sees a switch to the supply as an inverted input.
