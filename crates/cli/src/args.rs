@@ -100,8 +100,8 @@ pub(super) enum Controller {
 }
 
 impl Controller {
-    /// How long a job takes on a machine of this controller; `baud` of its line, if the user gives
-    /// one.
+    /// Returns how long a job takes on a machine of this controller; `baud` of its line, if the
+    /// user gives one.
     ///
     /// # Errors
     /// If the text cannot be read, which a text in memory always can.

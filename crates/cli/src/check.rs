@@ -76,7 +76,7 @@ struct Checked {
     told: Told,
 }
 
-/// What is said about a job while it is checked.
+/// The words about a job while it is checked: whether they are said at once or kept.
 enum Told {
     /// It is said at once.
     AtOnce,

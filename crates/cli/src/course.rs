@@ -22,7 +22,7 @@ pub(super) struct Text {
 enum Source {
     /// A file. It is read a second time.
     File(PathBuf),
-    /// What cannot be read twice, such as a pipe.
+    /// Input that cannot be read twice, such as a pipe.
     Kept(Vec<u8>),
 }
 

@@ -10,7 +10,7 @@ use std::rc::Rc;
 /// Bytes at the start of a file that decide whether it is text or binary.
 const PROBE: u64 = 4096;
 
-/// Why a job cannot be read.
+/// The reason why a job cannot be read.
 #[derive(Debug)]
 pub(super) enum InputError {
     /// The file cannot be opened or read.

@@ -27,7 +27,7 @@ pub(super) struct ReplayArgs {
     judge: bool,
 }
 
-/// Why a conversation cannot be replayed.
+/// The reason why a conversation cannot be replayed.
 #[derive(Debug)]
 enum Failure {
     Unreadable(String, io::Error),

@@ -223,7 +223,7 @@ fn simulate(
     Ok(report)
 }
 
-/// How the job is streamed.
+/// Returns how the job is streamed.
 fn stream<'a>(args: &JobArgs, machine: &'a Machine, outputs: &Outputs) -> Stream<'a> {
     Stream {
         machine,

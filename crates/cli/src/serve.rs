@@ -18,7 +18,7 @@ use std::time::Instant;
 /// The axes of the largest machine that is served.
 const MOST_SERVED: usize = 4;
 
-/// Why `serve` cannot begin.
+/// The reason why `serve` cannot begin.
 #[derive(Debug)]
 pub(super) enum ServeError {
     /// The machine file cannot be used.

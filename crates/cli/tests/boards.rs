@@ -206,7 +206,7 @@ fn a_record_is_packed_alone_or_into_an_image() {
             part => incoming.take(part.as_bytes()).unwrap(),
         }
     }
-    // An image behind the SKR 2's bootloader; another one that has code where the record goes.
+    // An image behind the SKR 2's bootloader; another one that has code in the record's place.
     let joins = |bytes: &[u8], output: &str| {
         fs::write(&image, bytes).unwrap();
         board(&["pack", "skr-2", "--into", &image, "-o", output])

@@ -263,7 +263,7 @@ fn machine_004_prints_a_slicers_file_to_the_step() {
         let ways = ways.iter().filter(|way| (**way > 0.0) == forward);
         ways.map(|way| way.abs() * 95.0).sum()
     };
-    // Each place is rounded to a step, which gives an error of up to half a step where E turns
+    // Each place is rounded to a step, which gives an error of up to half a step when E turns
     // back.
     assert!((f64::from(forward) - steps(true)).abs() <= 3.0, "{forward}");
     assert!((f64::from(back) - steps(false)).abs() <= 3.0, "{back}");
@@ -386,7 +386,7 @@ fn machine_004_s_four_axes_keep_the_times_of_their_edges() {
     let of_x = edges[0].iter().enumerate();
     let began = of_x.map(|(step, edge)| edge - time((step as f64 + 1.0) / 1600.0));
     let began = began.sum::<f64>() / 1600.0;
-    // X makes a step where the step is complete; the other motors step where they are nearest to
+    // X makes a step when the step is complete; the other motors step when they are nearest to
     // the line.
     let bounds = [
         (1600, 1.0, 0.02, 0.05),

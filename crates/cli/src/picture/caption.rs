@@ -1,4 +1,4 @@
-//! What a picture is told beside the path.
+//! The data that a picture is given beside the path.
 
 /// The words around the picture.
 #[derive(Clone, PartialEq, Debug)]
@@ -7,7 +7,7 @@ pub(crate) struct Caption {
     pub(crate) title: String,
     /// One line of figures: time, distance, lines.
     pub(crate) summary: String,
-    /// What the tool does to the material: `cut` or `extruded`.
+    /// The tool's work on the material: `cut` or `extruded`.
     pub(crate) work: &'static str,
     /// The S value of a laser's full power (`$30`), at the dark end of the scale; `None` if S is
     /// a spindle's speed.

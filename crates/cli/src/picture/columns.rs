@@ -84,7 +84,7 @@ impl Columns {
         }
     }
 
-    /// When column `index` begins, s.
+    /// Returns when column `index` begins, s.
     pub(super) fn time(&self, index: usize) -> f64 {
         index as f64 * self.width
     }

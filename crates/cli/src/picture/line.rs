@@ -64,7 +64,7 @@ impl Line {
     }
 }
 
-/// How far a point is from the straight line between two others.
+/// Returns how far a point is from the straight line between two others.
 fn distance(point: [f64; 2], from: [f64; 2], to: [f64; 2]) -> f64 {
     let along = [to[0] - from[0], to[1] - from[1]];
     let beside = [point[0] - from[0], point[1] - from[1]];

@@ -37,7 +37,7 @@ pub(super) const LEVELS: u8 = 24;
 /// whose edges are all shown.
 const PASSES: usize = 8;
 const STACKED: usize = 5;
-/// How much wider a pass is drawn than the pass on top of it, pixels.
+/// The width by which a pass is drawn wider than the pass on top of it, pixels.
 const STANDS_OUT: f64 = 1.6;
 
 const START: &str = "#2a7f62";
@@ -53,7 +53,7 @@ pub(super) struct Plot<'a> {
     pub(super) leads_out: bool,
     /// The S value of a laser's full power; `None` if S is a spindle's speed.
     pub(super) full_power_s: Option<f64>,
-    /// What the tool does to the material.
+    /// The tool's work on the material.
     pub(super) work: &'static str,
     travel: Option<[[f32; 2]; 2]>,
     /// The highest and the lowest Z of cuts, mm.
@@ -233,8 +233,8 @@ impl<'a> Plot<'a> {
         [Group::new().add(kept), pale, full]
     }
 
-    /// How much wider a cut drawn at `order` is than the pass drawn last, pixels. So a pass shows
-    /// on both sides of the passes on top of it.
+    /// Returns how much wider a cut drawn at `order` is than the pass drawn last, pixels. So a pass
+    /// shows on both sides of the passes on top of it.
     fn stands_out(&self, order: i16) -> f64 {
         let sign = if self.builds_up() { -1 } else { 1 };
         let orders = self

@@ -168,7 +168,7 @@ fn a_slicer_s_file_on_a_new_printer_stays_on_its_bed() {
     let part = part.to_string_lossy().into_owned();
     let checked = json(&["check", "--json", "--machine", &machine, &part]);
     assert_eq!(checked["warnings"], Value::from(Vec::<Value>::new()));
-    // The zero of the file is at the switches, 2 mm beside the place where homing ends.
+    // The zero of the file is at the switches, 2 mm beside the place at which homing ends.
     let notes = checked["notes"].to_string();
     assert!(notes.contains("import print --home 2,2,2"), "{notes}");
     let ran = json(&["run", "--json", "--machine", &machine, &part]);
