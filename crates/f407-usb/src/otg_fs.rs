@@ -284,8 +284,8 @@ impl Port {
         }
     }
 
-    /// True if the main loop had more bytes to queue, and half of the queue is free. The other half
-    /// is sent while the main loop wakes up.
+    /// Returns true if the main loop had more bytes to queue, and half of the queue is free. The
+    /// other half is sent while the main loop wakes up.
     fn takes_more(&self) -> bool {
         MORE.load(Relaxed) && self.outgoing.len() <= self.outgoing.capacity() / 2
     }
