@@ -38,7 +38,8 @@ pub(crate) struct Art {
     pub(crate) statistics: ArtStatistics,
 }
 
-/// How often a line was in the accelerator, and how often it had to be read from the flash.
+/// The number of times that a line was in the accelerator, and that it had to be read from the
+/// flash.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ArtStatistics {
     /// Reads of instruction lines that the accelerator held.
@@ -50,7 +51,7 @@ pub struct ArtStatistics {
 }
 
 impl Art {
-    /// Empty caches.
+    /// Makes empty caches.
     pub(crate) fn new() -> Self {
         Art {
             instructions: Lines::new(),
@@ -168,7 +169,8 @@ impl<const COUNT: usize> Lines<COUNT> {
         }
     }
 
-    /// True if the cache held a line. If not, the line replaces the least recently used one.
+    /// Returns true if the cache held a line. If not, the line replaces the least recently used
+    /// one.
     fn touch(&mut self, line: u32) -> bool {
         self.clock += 1;
         let held = self.line.iter().position(|&held| held == line);

@@ -220,8 +220,8 @@ fn must_align(address: u32, width: Width) -> Result<(), Trap> {
     }
 }
 
-/// True if a register is GPIOx_BSRR. It is write-only, so that a write of a part of it must not
-/// read the other bits first.
+/// Returns true if a register is GPIOx_BSRR. It is write-only, so that a write of a part of it must
+/// not read the other bits first.
 fn is_write_only(address: u32) -> bool {
     (0x4002_0000..0x4002_2400).contains(&address) && address & 0x3FF == 0x18
 }

@@ -47,7 +47,7 @@ pub(crate) struct Flags {
 pub(crate) struct Masks {
     pub(crate) primask: bool,
     pub(crate) faultmask: bool,
-    /// 0 masks nothing.
+    /// The priority from which on exceptions are masked; 0 masks nothing.
     pub(crate) basepri: u8,
 }
 
@@ -105,8 +105,8 @@ impl Cpu {
         positive != (condition & 1 != 0)
     }
 
-    /// True if the IT block lets this instruction be carried out. Moves on in the block (ITAdvance,
-    /// A7.3.3).
+    /// Returns true if the IT block lets this instruction be carried out. Moves on in the block
+    /// (ITAdvance, A7.3.3).
     pub(crate) fn passes_it(&mut self) -> bool {
         let passes = self.holds(self.it >> 4);
         self.it = if self.it & 7 == 0 {

@@ -7,7 +7,7 @@ use object::{
     Endianness,
 };
 
-/// Why an ELF cannot be loaded.
+/// The reason why an ELF cannot be loaded.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum LoadError {
     /// The file is no 32-bit ELF, or it is damaged.

@@ -28,7 +28,7 @@ use std::collections::BTreeSet;
 /// DBGMCU_IDCODE of an STM32F407 of revision Y (RM0090 section 38.6.1).
 const IDCODE: u32 = 0x1007_6413;
 
-/// How the previous instruction used the memory: the next access may overlap it.
+/// The previous instruction's use of the memory: the next access may overlap it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum LastAccess {
     None,
@@ -70,7 +70,7 @@ pub struct Machine {
     /// DBGMCU_APB1_FZ: the peripherals that stop while a debugger stops the core. Only a loss of
     /// power resets it.
     pub(crate) freeze_apb1: u32,
-    /// DBGMCU_IDCODE.
+    /// The value of DBGMCU_IDCODE.
     pub(crate) idcode: u32,
     pub(crate) world: World,
     pub(crate) edges: Vec<Edge>,
@@ -99,7 +99,7 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// A chip with erased flash and a crystal of `crystal_hz`; 0 for no crystal.
+    /// Returns a chip with erased flash and a crystal of `crystal_hz`; 0 for no crystal.
     pub fn new(crystal_hz: u32) -> Box<Machine> {
         let devices = Devices::new(crystal_hz);
         let clocks = devices.rcc.clocks();
@@ -189,7 +189,7 @@ impl Machine {
     ///
     /// # Errors
     /// When the core locks up and no watchdog is running, at a breakpoint with a debugger, and
-    /// where an access to a peripheral goes astray.
+    /// when an access to a peripheral goes astray.
     pub fn run_until(&mut self, cycle: u64) -> Result<(), Stop> {
         while self.cycle < cycle {
             if self.locked.is_some() {
@@ -233,7 +233,8 @@ impl Machine {
         }
     }
 
-    /// True if the next instruction, or the vector of an interrupt, must be read from the flash.
+    /// Returns true if the next instruction, or the vector of an interrupt, must be read from the
+    /// flash.
     fn needs_flash(&self) -> bool {
         let in_flash = |address: u32| {
             let place = self.memory.place(address);
@@ -293,12 +294,12 @@ impl Machine {
         Ok(())
     }
 
-    /// The cycle that the clock has reached.
+    /// Returns the cycle that the clock has reached.
     pub fn cycle(&self) -> u64 {
         self.cycle
     }
 
-    /// The number of instructions carried out since power-on.
+    /// Returns the number of instructions carried out since power-on.
     pub fn instructions(&self) -> u64 {
         self.instructions
     }
@@ -313,12 +314,12 @@ impl Machine {
         self.cpu.next
     }
 
-    /// The frequencies that the firmware has set.
+    /// Returns the frequencies that the firmware has set.
     pub fn clocks(&self) -> Clocks {
         self.clocks
     }
 
-    /// The cycle model's constants, which may be changed at any time.
+    /// Returns the cycle model's constants, which may be changed at any time.
     pub fn timing_mut(&mut self) -> &mut Timing {
         &mut self.timing
     }
@@ -351,7 +352,7 @@ impl Machine {
         }
     }
 
-    /// The word in a register of a peripheral or of the core, as a debugger reads it.
+    /// Returns the word in a register of a peripheral or of the core, as a debugger reads it.
     pub fn peek(&mut self, register: u32) -> u32 {
         match register {
             0xE000_0000.. => self.private_read(register),
@@ -417,12 +418,12 @@ impl Machine {
         self.cpu.asleep
     }
 
-    /// The resets so far, with their cycles.
+    /// Returns the resets so far, with their cycles.
     pub fn resets(&self) -> &[(u64, ResetCause)] {
         &self.resets
     }
 
-    /// The statistics of an exception.
+    /// Returns the statistics of an exception.
     pub fn profile(&self, exception: Exception) -> &Profile {
         self.profiler.profile(exception)
     }
@@ -433,8 +434,8 @@ impl Machine {
         self.spent = vec![0; self.memory.flash.len() / 2];
     }
 
-    /// The cycles of each half-word of the flash since [`Machine::record_cycles`]; empty without
-    /// that call.
+    /// Returns the cycles of each half-word of the flash since [`Machine::record_cycles`]; empty
+    /// without that call.
     pub fn cycles_spent(&self) -> &[u64] {
         &self.spent
     }
@@ -449,13 +450,13 @@ impl Machine {
         self.writers_of = Some(exception);
     }
 
-    /// The stores recorded since [`Machine::record_writers`]: the address of the instruction and
-    /// the address of the register.
+    /// Returns the stores recorded since [`Machine::record_writers`]: the address of the
+    /// instruction and the address of the register.
     pub fn writers(&self) -> &BTreeSet<(u32, u32)> {
         &self.writers
     }
 
-    /// The services recorded since [`Machine::record_services`]; empty without that call.
+    /// Returns the services recorded since [`Machine::record_services`]; empty without that call.
     pub fn services(&self) -> &[Service] {
         self.profiler.services.as_deref().unwrap_or(&[])
     }
@@ -465,7 +466,7 @@ impl Machine {
         self.warnings.all()
     }
 
-    /// How often the ART accelerator held a line, and how often the flash had to be read.
+    /// Returns how often the ART accelerator held a line, and how often the flash had to be read.
     pub fn art_statistics(&self) -> ArtStatistics {
         self.art.statistics
     }
@@ -483,7 +484,7 @@ impl Machine {
         }
     }
 
-    /// The flash's content; its first byte is at 0x08000000.
+    /// Returns the flash's content; its first byte is at 0x08000000.
     pub fn flash(&self) -> &[u8] {
         &self.memory.flash
     }
@@ -511,7 +512,7 @@ impl Machine {
         }
     }
 
-    /// The content of SRAM1 and SRAM2; its first byte is at 0x20000000.
+    /// Returns the content of SRAM1 and SRAM2; its first byte is at 0x20000000.
     pub fn sram(&self) -> &[u8] {
         &self.memory.sram[..]
     }

@@ -17,11 +17,11 @@ pub const RAM: usize = 0x8000;
 /// The registers.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct State {
-    /// r0 to r14.
+    /// The registers r0 to r14.
     pub r: [u32; 15],
     /// Flags and GE, at their bits in xPSR.
     pub apsr: u32,
-    /// s0 to s31.
+    /// The registers s0 to s31.
     pub s: [u32; 32],
     /// The floating-point status register.
     pub fpscr: u32,
@@ -29,7 +29,7 @@ pub struct State {
     pub pc: u32,
 }
 
-/// How the instructions ended.
+/// The way in which the instructions ended.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Outcome {
     /// All were carried out.
@@ -50,7 +50,7 @@ impl Default for Bench {
 }
 
 impl Bench {
-    /// A machine with the floating-point unit switched on.
+    /// Makes a machine with the floating-point unit switched on.
     pub fn new() -> Self {
         let mut machine = Machine::new(8_000_000);
         machine.scb.cpacr = 0xF << 20;
@@ -59,7 +59,7 @@ impl Bench {
         Bench(machine)
     }
 
-    /// The first [`RAM`] bytes of SRAM.
+    /// Returns the first [`RAM`] bytes of SRAM.
     pub fn ram(&mut self) -> &mut [u8] {
         &mut self.0.memory.sram[..RAM]
     }

@@ -11,7 +11,7 @@ pub struct Pin {
 }
 
 impl Pin {
-    /// A pin by its port's letter, `'A'` to `'I'`, and its number, 0 to 15.
+    /// Returns a pin by its port's letter, `'A'` to `'I'`, and its number, 0 to 15.
     ///
     /// # Panics
     /// When there is no such pin.
@@ -38,9 +38,9 @@ pub enum Cause {
     Core(u32),
     /// A stream of a DMA controller (1 or 2).
     Dma {
-        /// 1 or 2.
+        /// The number of the controller, 1 or 2.
         controller: u8,
-        /// 0 to 7.
+        /// The number of the stream, 0 to 7.
         stream: u8,
     },
     /// A timer's output, by the timer's number.

@@ -429,9 +429,9 @@ const FAULTS: [(u32, Exception); 3] = [
     (18, Exception::USAGE_FAULT),
 ];
 
-/// True if everything that a value asks of a register of the private peripheral bus is modelled.
-/// Not modelled are deep sleep, the MPU, trace, and the debug component (RM0090 section 38.16)
-/// except for the bit that stops the watchdog's clock.
+/// Returns true if everything that a value asks of a register of the private peripheral bus is
+/// modelled. Not modelled are deep sleep, the MPU, trace, and the debug component (RM0090 section
+/// 38.16) except for the bit that stops the watchdog's clock.
 fn is_modelled_here(address: u32, value: u32) -> bool {
     match address {
         SCR => value & SLEEPDEEP == 0,
@@ -442,8 +442,8 @@ fn is_modelled_here(address: u32, value: u32) -> bool {
     }
 }
 
-/// Whether the manual allows a program to write a word to a register. The program has written only
-/// the bits in `lanes`.
+/// Checks whether the manual allows a program to write a word to a register. The program has
+/// written only the bits in `lanes`.
 fn is_proper(address: u32, value: u32, lanes: u32) -> Result<(), Stray> {
     match register_map::find(address) {
         None if register_map::is_modelled(address) => Err(Stray::NoRegister),

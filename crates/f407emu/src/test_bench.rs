@@ -29,24 +29,25 @@ impl Machine {
         self.reschedule();
     }
 
-    /// The rate of a serial line that the firmware has set, baud. The other end always uses the
-    /// same rate.
+    /// Returns the rate of a serial line that the firmware has set, baud. The other end always uses
+    /// the same rate.
     pub fn uart_baud(&self, line: SerialLine) -> u64 {
         let bit = self.devices.usarts[line.port as usize].bit_cycles();
         u64::from(self.clocks.hclk) / bit.max(1)
     }
 
-    /// The number of bytes that the sender at the other end of a serial line has not sent yet.
+    /// Returns the number of bytes that the sender at the other end of a serial line has not sent
+    /// yet.
     pub fn uart_unsent(&self, line: SerialLine) -> usize {
         self.devices.usarts[line.port as usize].unsent()
     }
 
-    /// The bytes that have come over a serial line; the caller may take them out.
+    /// Returns the bytes that have come over a serial line; the caller may take them out.
     pub fn uart_out(&mut self, line: SerialLine) -> &mut Vec<u8> {
         &mut self.devices.usarts[line.port as usize].output
     }
 
-    /// The number of bytes that a serial line has lost because the program had not read the
+    /// Returns the number of bytes that a serial line has lost because the program had not read the
     /// previous byte.
     pub fn uart_overruns(&self, line: SerialLine) -> u64 {
         self.devices.usarts[line.port as usize].overruns
@@ -65,12 +66,13 @@ impl Machine {
         self.devices.usb.host.is_talking()
     }
 
-    /// The device's answer to each request of the host, in order, since the cable was plugged in.
+    /// Returns the device's answer to each request of the host, in order, since the cable was
+    /// plugged in.
     pub fn usb_answers(&self) -> &[Vec<u8>] {
         &self.devices.usb.host.answers
     }
 
-    /// The rule that the device breaks, if the host has refused it.
+    /// Returns the rule that the device breaks, if the host has refused it.
     pub fn usb_refusal(&self) -> Option<&'static str> {
         self.devices.usb.host.refusal
     }
@@ -85,12 +87,12 @@ impl Machine {
         self.devices.usb.host.reads = reads;
     }
 
-    /// The number of bytes that the host has not sent yet.
+    /// Returns the number of bytes that the host has not sent yet.
     pub fn usb_unsent(&self) -> usize {
         self.devices.usb.host.to_send.len()
     }
 
-    /// The bytes that the firmware has sent over USB; the caller may take them out.
+    /// Returns the bytes that the firmware has sent over USB; the caller may take them out.
     pub fn usb_out(&mut self) -> &mut Vec<u8> {
         &mut self.devices.usb.host.received
     }
@@ -149,7 +151,7 @@ impl Machine {
         self.devices.iwdg.set_lsi(hz);
     }
 
-    /// The level of a pin.
+    /// Returns the level of a pin.
     pub fn level(&self, pin: Pin) -> bool {
         self.devices.ports[usize::from(pin.port)].levels >> pin.number & 1 != 0
     }

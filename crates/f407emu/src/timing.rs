@@ -1,7 +1,7 @@
 //! The constants of the cycle model.
 //!
 //! The code of each instruction charges its cycles: one as a rule; loads and stores two, but one
-//! where they follow each other; divisions two to twelve, by the size of the quotient; VDIV and
+//! if they follow each other; divisions two to twelve, by the size of the quotient; VDIV and
 //! VSQRT fourteen; exception entry and exit 12 and 10, a tail chain 6. These are figures of the
 //! Cortex-M4 Technical Reference Manual (DDI 0439) from memory, not looked up. Branch refills,
 //! divisions and tables come from an earlier version of this model. Its constants were fitted to 45
@@ -36,14 +36,14 @@ pub struct Timing {
     pub float_context: u32,
     /// The bus clocks that an access to an APB peripheral takes beyond the core's own cycle.
     pub apb_clocks: u32,
-    /// How reads of instructions and constants from the flash are charged.
+    /// The way in which reads of instructions and constants from the flash are charged.
     pub flash: FlashTiming,
     /// The time in which the flash programs a unit of any width, µs: 16 is typical, 100 the maximum
     /// (data sheet, table 40).
     pub program_us: u32,
 }
 
-/// How the flash's wait states are charged (RM0090 section 3.5).
+/// The way in which the flash's wait states are charged (RM0090 section 3.5).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlashTiming {
     /// No wait states: the lower bound.

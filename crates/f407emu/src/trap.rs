@@ -1,8 +1,8 @@
 //! The reasons why an instruction is not carried out, and the ends of a run.
 use core::fmt;
 
-/// Why an instruction was not carried out. The core answers with a fault exception (DDI 0403,
-/// B1.5.14).
+/// The reason why an instruction was not carried out. The core answers with a fault exception (DDI
+/// 0403, B1.5.14).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Trap {
     /// The instruction is undefined.
@@ -41,7 +41,7 @@ pub enum Trap {
     SupervisorCall,
 }
 
-/// Why a run ended before its time.
+/// The reason why a run ended before its time.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Stop {
     /// A fault in the handler of a fault: the core has locked up (DDI 0403, B1.5.15). Only a reset

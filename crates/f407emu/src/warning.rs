@@ -8,7 +8,7 @@ pub enum Warning {
     ClockNotReady,
     /// The PLL's input, its oscillator or HCLK is out of range.
     PllOutOfRange {
-        /// HCLK in Hz.
+        /// The frequency of HCLK, Hz.
         hclk: u32,
     },
     /// The settings of a PLL were written while it was on; they stay as they were (RM0090 section
@@ -16,7 +16,7 @@ pub enum Warning {
     PllRunning,
     /// The core's voltage is too low for the clock (RM0090 section 3.5.1).
     VoltageTooLow {
-        /// HCLK in Hz.
+        /// The frequency of HCLK, Hz.
         hclk: u32,
     },
     /// USB is switched on with a clock other than 48 MHz (RM0090 section 7.3.2, PLLQ).
@@ -29,12 +29,12 @@ pub enum Warning {
     UsbFifo,
     /// A peripheral bus is faster than the chip allows (42 MHz APB1, 84 MHz APB2).
     BusTooFast {
-        /// HCLK in Hz.
+        /// The frequency of HCLK, Hz.
         hclk: u32,
     },
     /// The flash has too few wait states for the clock (RM0090 table 11).
     TooFewWaitStates {
-        /// HCLK in Hz.
+        /// The frequency of HCLK, Hz.
         hclk: u32,
     },
     /// FLASH_CR was written while it was locked.

@@ -16,7 +16,7 @@ use crate::instruction::{Instruction, Shift};
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Decoded {
     pub(crate) instruction: Instruction,
-    /// 2 or 4.
+    /// The length in bytes, 2 or 4.
     pub(crate) length: u8,
 }
 
@@ -69,7 +69,7 @@ fn register(word: u32, low: u32) -> u8 {
     bits(word, low, 4) as u8
 }
 
-/// `width` bits, sign-extended.
+/// Returns the low `width` bits of a word, sign-extended.
 fn signed(value: u32, width: u32) -> i32 {
     let unused = 32 - width;
     (value << unused) as i32 >> unused

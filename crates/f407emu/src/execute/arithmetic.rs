@@ -56,7 +56,7 @@ pub(super) fn saturate_signed(value: i64, bits: u32) -> (i64, bool) {
     (saturated, saturated != value)
 }
 
-/// UnsignedSatQ.
+/// Saturates a value to `bits` unsigned bits: UnsignedSatQ of the manual.
 pub(super) fn saturate_unsigned(value: i64, bits: u32) -> (i64, bool) {
     let saturated = value.clamp(0, (1i64 << bits) - 1);
     (saturated, saturated != value)

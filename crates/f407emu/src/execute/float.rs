@@ -258,7 +258,7 @@ fn from_integer(value: u32, signed: bool, bits: u8) -> f64 {
     }
 }
 
-/// `2^fraction`.
+/// Returns `2^fraction`.
 fn scale(fraction: i8) -> f64 {
     2f64.powi(i32::from(fraction))
 }

@@ -99,7 +99,7 @@ pub(crate) enum LoadKind {
     SignedHalf,
 }
 
-/// How base register and offset make an address (A4.6.1).
+/// The way in which base register and offset make an address (A4.6.1).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum AddressMode {
     /// `[rn, #offset]`

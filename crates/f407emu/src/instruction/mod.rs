@@ -30,7 +30,7 @@ pub(crate) enum Instruction {
     Undefined,
 }
 
-/// Whether an instruction sets the condition flags.
+/// Says whether an instruction sets the condition flags.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum SetFlags {
     No,

@@ -131,7 +131,8 @@ impl Adc {
         self.inputs[channel] = share.clamp(0.0, 1.0);
     }
 
-    /// True if a channel has been converted whose pin was not in analog mode, since the last call.
+    /// Returns true if a channel has been converted whose pin was not in analog mode, since the
+    /// last call.
     pub(crate) fn take_misuse(&mut self) -> bool {
         core::mem::take(&mut self.misuse)
     }
@@ -178,8 +179,8 @@ impl Adc {
         }
     }
 
-    /// True if a channel without a pin is being converted: the temperature, the reference, or the
-    /// battery (section 13.3.3).
+    /// Returns true if a channel without a pin is being converted: the temperature, the reference,
+    /// or the battery (section 13.3.3).
     fn converts_inside(&self) -> bool {
         self.group.is_some() && self.channels().any(|channel| channel >= CHANNELS)
     }

@@ -21,7 +21,7 @@ pub(crate) struct Crc {
 }
 
 impl Crc {
-    /// After a reset.
+    /// Makes the unit as it is after a reset.
     pub(crate) fn new() -> Self {
         Self {
             sum: START,

@@ -181,8 +181,8 @@ impl Dma {
         stream.start()
     }
 
-    /// True if a stream listens to a channel's requests: without data to move it serves none
-    /// (section 10.5.6).
+    /// Returns true if a stream listens to a channel's requests: without data to move it serves
+    /// none (section 10.5.6).
     pub(crate) fn listens(&self, stream: usize, channel: u8) -> bool {
         let Stream { control, left, .. } = self.streams[stream];
         control & EN != 0 && left != 0 && control >> 25 & 7 == u32::from(channel)
@@ -239,9 +239,9 @@ impl Stream {
         self.left != 0 && self.direction() == 2 && !round
     }
 
-    /// True if the stream's settings are modelled and allowed (table 50). Without the FIFO, MSIZE,
-    /// bursts and PINCOS do not matter. A transfer from memory to memory is the same with the FIFO
-    /// and without it, but has to use it.
+    /// Returns true if the stream's settings are modelled and allowed (table 50). Without the FIFO,
+    /// MSIZE, bursts and PINCOS do not matter. A transfer from memory to memory is the same with
+    /// the FIFO and without it, but has to use it.
     fn is_modelled(&self) -> bool {
         let (control, fifo) = (self.control, self.fifo & FIFO != 0);
         let to_memory = self.direction() == 2;

@@ -44,7 +44,7 @@ pub(crate) struct Erase {
     pub(crate) range: Range<usize>,
 }
 
-/// Which keys have been written.
+/// Says which keys have been written.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Lock {
     Locked,

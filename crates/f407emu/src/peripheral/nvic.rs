@@ -26,14 +26,14 @@ impl Exception {
     pub const BUS_FAULT: Exception = Exception(5);
     /// UsageFault: undefined instructions and similar faults.
     pub const USAGE_FAULT: Exception = Exception(6);
-    /// SVC.
+    /// SVCall: the instruction SVC.
     pub const SUPERVISOR_CALL: Exception = Exception(11);
-    /// PendSV.
+    /// PendSV: a program asked for it.
     pub const PEND_SV: Exception = Exception(14);
     /// The system timer.
     pub const SYSTICK: Exception = Exception(15);
 
-    /// An interrupt of a peripheral, by its position in RM0090 table 62: 28 is TIM2.
+    /// Returns an interrupt of a peripheral, by its position in RM0090 table 62: 28 is TIM2.
     ///
     /// # Panics
     /// When there is no such interrupt: the last one is 81.
@@ -42,7 +42,7 @@ impl Exception {
         Exception(16 + position)
     }
 
-    /// The number in the vector table.
+    /// Returns the number in the vector table.
     pub fn number(self) -> u8 {
         self.0
     }
@@ -61,7 +61,7 @@ pub(crate) struct Nvic {
     active: u128,
     /// The interrupt lines that peripherals hold active.
     lines: u128,
-    /// AIRCR.PRIGROUP.
+    /// The split of priorities into group and subpriority, AIRCR.PRIGROUP.
     pub(crate) group: u8,
     /// True if the next exception may have changed.
     pub(crate) changed: bool,

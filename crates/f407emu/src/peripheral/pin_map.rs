@@ -1,7 +1,7 @@
 //! The pins of serial ports and USB (data sheet DocID022152, table 9). A test compares them with ST's
 //! data.
 
-/// What an alternate function connects a pin to. A serial port is given by its place in
+/// The signal to which an alternate function connects a pin. A serial port is given by its place in
 /// [`crate::devices::USARTS`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Signal {

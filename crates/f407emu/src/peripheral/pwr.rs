@@ -28,8 +28,8 @@ const LOW: u32 = 1 << 2;
 /// PWR_CSR.VOSRDY: the core's regulator is at its voltage.
 const REGULATOR_READY: u32 = 1 << 14;
 
-/// True if everything that a value asks of the register at `offset` is modelled. PWR_CSR is not: a
-/// program can switch only the backup regulator and the wake-up pin there.
+/// Returns true if everything that a value asks of the register at `offset` is modelled. PWR_CSR is
+/// not: a program can switch only the backup regulator and the wake-up pin there.
 pub(crate) fn is_modelled(offset: u32, value: u32) -> bool {
     offset == 0 || value == 0
 }

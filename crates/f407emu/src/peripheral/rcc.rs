@@ -74,7 +74,7 @@ const SLEEP_ENABLES: [(usize, u32); 5] = [
 /// Frequency of the internal oscillator in Hz.
 const HSI_HZ: u32 = 16_000_000;
 
-/// Why a reset came.
+/// The reason why a reset came.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ResetCause {
     /// Power came on: nothing in RAM survives.
@@ -450,7 +450,8 @@ impl Rcc {
     }
 }
 
-/// True if a write of `value` to RCC's register at `offset` resets the peripheral at an address.
+/// Returns true if a write of `value` to RCC's register at `offset` resets the peripheral at an
+/// address.
 pub(crate) fn resets(offset: u32, value: u32, address: u32) -> bool {
     enable_of(address)
         .is_some_and(|(register, bit)| register - ENABLES_AFTER == offset && value >> bit & 1 != 0)

@@ -6,7 +6,7 @@ use super::timer_output::Output;
 /// A DMA stream that serves a request.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Route {
-    /// 0 for DMA1.
+    /// The index of the controller, 0 for DMA1.
     pub(crate) controller: u8,
     pub(crate) stream: u8,
     pub(crate) channel: u8,
@@ -67,7 +67,7 @@ const fn plain(base: u32, channels: u8, irq: u8) -> Instance {
     }
 }
 
-/// TIM1 to TIM14.
+/// The timers TIM1 to TIM14.
 pub(crate) static INSTANCES: [Instance; 14] = [
     Instance {
         advanced: true,

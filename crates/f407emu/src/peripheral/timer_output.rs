@@ -27,13 +27,13 @@ const MOE: u32 = 1 << 15;
 /// One of a timer's outputs.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Output {
-    /// 0 for channel 1.
+    /// The index of the channel, 0 for channel 1.
     pub(crate) channel: u8,
-    /// OCxN.
+    /// True for the complementary output, OCxN.
     pub(crate) complementary: bool,
 }
 
-/// How a channel derives its reference from matches (TIMx_CCMR.OCxM).
+/// The way in which a channel derives its reference from matches (TIMx_CCMR.OCxM).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Mode {
     Frozen,
@@ -55,7 +55,7 @@ pub(crate) struct Outputs {
     bdtr: u32,
     /// The compare values in force.
     active: [u32; 4],
-    /// OCxREF.
+    /// The reference signals of the channels, OCxREF.
     reference: [bool; 4],
     /// The last results of the comparisons: whether the count is below the compare value.
     below: [bool; 4],
@@ -91,8 +91,8 @@ impl Outputs {
         half(self.ccmr, channel) & 3 != 0
     }
 
-    /// Whether a channel uses something that is not modelled: as an input the trigger or a filter; as
-    /// an output the external signal that clears it (OCxCE).
+    /// Returns true if a channel uses something that is not modelled: as an input the trigger or a
+    /// filter; as an output the external signal that clears it (OCxCE).
     pub(crate) fn is_conditioned(&self, channel: usize) -> bool {
         const CLEARED_FROM_OUTSIDE: u32 = 1 << 7;
         let half = half(self.ccmr, channel);
@@ -111,9 +111,9 @@ impl Outputs {
         self.edges[channel] == 0
     }
 
-    /// True if a channel captures an edge of the timer's pin `input`. CCxS selects the pin of the
-    /// channel or of its neighbour. CCxNP and CCxP select rising, falling or both edges (section
-    /// 18.4.9). CCxE enables the capture.
+    /// Returns true if a channel captures an edge of the timer's pin `input`. CCxS selects the pin
+    /// of the channel or of its neighbour. CCxNP and CCxP select rising, falling or both edges
+    /// (section 18.4.9). CCxE enables the capture.
     pub(crate) fn captures(&self, channel: usize, input: usize, rises: bool) -> bool {
         let selected = match half(self.ccmr, channel) & 3 {
             1 => input == channel,

@@ -56,7 +56,7 @@ pub(crate) struct UsartRequests {
     pub(crate) transmit: bool,
 }
 
-/// Whether pins connect a USART's output and input with the other end of its line.
+/// Says whether pins connect a USART's output and input with the other end of its line.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(crate) struct Connected {
     pub(crate) output: bool,
@@ -87,7 +87,7 @@ pub(crate) struct Usart {
     idle_at: u64,
     /// True if the byte on the line had begun before the receiver could see it.
     misses: bool,
-    /// Whether the output and the input are connected to the pins at which the cable is.
+    /// Says whether the output and the input are connected to the pins at which the cable is.
     connected: Connected,
     /// True if the output has lost or found its pin while the byte goes out.
     spoils: bool,
@@ -143,14 +143,15 @@ impl Usart {
         self.bus_clock = u64::from(cycles);
     }
 
-    /// Its pins may have got other functions. A byte that is on the line meanwhile is lost.
+    /// Notes which pins are connected, since they may have got other functions. A byte that is on
+    /// the line meanwhile is lost.
     pub(crate) fn connect(&mut self, connected: Connected, now: u64) {
         let before = core::mem::replace(&mut self.connected, connected);
         self.spoils |= before.output != connected.output && self.shifting.is_some();
         self.misses |= before.input != connected.input && self.has_begun(now);
     }
 
-    /// Whether pins connect it with the other end.
+    /// Returns whether pins connect it with the other end.
     #[cfg(test)]
     pub(crate) fn connected(&self) -> Connected {
         self.connected

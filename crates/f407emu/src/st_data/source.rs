@@ -76,7 +76,7 @@ struct Block<'a> {
     text: String,
 }
 
-/// What an accessor returns: one register or cluster, or several of them one after the other.
+/// The result of an accessor: one register or cluster, or several of them one after the other.
 struct Member<'a> {
     offset: u32,
     stride: u32,

@@ -98,8 +98,8 @@ impl Machine {
     }
 }
 
-/// True if a controller can reach a peripheral. The peripheral port of DMA1 is no master of the bus
-/// matrix, and cannot reach AHB1 (RM0090 sections 2.1 and 10.3.1).
+/// Returns true if a controller can reach a peripheral. The peripheral port of DMA1 is no master of
+/// the bus matrix, and cannot reach AHB1 (RM0090 sections 2.1 and 10.3.1).
 fn reaches(index: usize, address: u32) -> bool {
     match address {
         0x4000_0000..=0x4001_FFFF => true,

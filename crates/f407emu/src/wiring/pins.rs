@@ -60,8 +60,8 @@ impl Machine {
         }
     }
 
-    /// True if the chip drives a pin. A pin that it does not drive floats, or follows its pull or
-    /// the world.
+    /// Returns true if the chip drives a pin. A pin that it does not drive floats, or follows its
+    /// pull or the world.
     pub fn drives(&self, pin: Pin) -> bool {
         let port = usize::from(pin.port);
         let driving = self.devices.ports[port].driving(self.timer_levels(port));

@@ -110,7 +110,7 @@ const ONE_CHANNEL: [Register; 10] = [
 ];
 const TIM11: [Register; 11] = with_option(&ONE_CHANNEL, 3);
 
-/// TIM1 to TIM14.
+/// The registers of TIM1 to TIM14.
 pub(super) const OF: [&[Register]; 14] = [
     ADVANCED,
     &TIM2,

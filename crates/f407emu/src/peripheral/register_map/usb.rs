@@ -79,7 +79,7 @@ const DEVICE: &[Register] = &{
     all
 };
 
-/// PCGCCTL.
+/// The register of power and clock gating, PCGCCTL.
 const POWER: &[Register] = &[rw(0x0, 0x13)];
 
 /// A word of a FIFO, at any of its addresses.

@@ -1,5 +1,5 @@
-//! What a strict host asks of a device's descriptors (USB 2.0 chapter 9, CDC 1.2 section 5): an
-//! operating system that believes a wrong length reads past the end, or refuses the device.
+//! The demands of a strict host on a device's descriptors (USB 2.0 chapter 9, CDC 1.2 section 5):
+//! an operating system that believes a wrong length reads past the end, or refuses the device.
 
 /// Types of descriptors (USB 2.0 table 9-5, the ECN for interface associations, CDC 1.2 table 12).
 const DEVICE: u8 = 1;
@@ -12,7 +12,7 @@ const FUNCTIONAL: u8 = 0x24;
 /// The largest packet of a full-speed bulk or interrupt endpoint, bytes (sections 5.7.3 and 5.8.3).
 const LARGEST_PACKET: u16 = 64;
 
-/// What is wrong, if anything is.
+/// The fault that was found, if there is one.
 pub(super) type Fault = Option<&'static str>;
 
 fn word(bytes: &[u8], at: usize) -> Option<u16> {
@@ -74,7 +74,7 @@ struct Interface {
     missing: u8,
 }
 
-/// What has been read of a configuration.
+/// The part of a configuration that has been read.
 #[derive(Default)]
 struct Reading {
     interfaces: Vec<Interface>,

@@ -144,7 +144,7 @@ pub(crate) struct Host {
     pub(crate) received: Vec<u8>,
     /// The requests of the device that has appeared.
     requests: Vec<Request>,
-    /// Why the host has refused the device.
+    /// The reason why the host has refused the device.
     pub(crate) refusal: Fault,
     /// The device's answer to each request since it last appeared.
     pub(crate) answers: Vec<Vec<u8>>,

@@ -5,9 +5,9 @@
 //! and SETUP put data into the common receive FIFO. A device that is not ready answers NAK.
 //! Endpoints other than 0 answer only to their own address.
 //!
-//! A SETUP packet always finds room in the receive FIFO, where 10 words are reserved for it (section
-//! 34.13.1). The end of the SETUP stage is put there when the host's next token comes (section
-//! 34.17.6).
+//! A SETUP packet always finds room in the receive FIFO, in which 10 words are reserved for it
+//! (section 34.13.1). The end of the SETUP stage is put there when the host's next token comes
+//! (section 34.17.6).
 //!
 //! Not modelled, and warned of: host mode, isochronous transfers, global NAKs, low power, and
 //! interrupts other than these: end of transfer of the IN endpoints, reset, speed, suspend, wake-up
@@ -183,7 +183,8 @@ impl Usb {
         self.plain(0x38) & PWRDWN != 0
     }
 
-    /// Whether the host sees a device: transceiver and pull-up are on, and both lines are connected.
+    /// Returns true if the host sees a device: transceiver and pull-up are on, and both lines are
+    /// connected.
     fn is_attached(&self) -> bool {
         self.connected && self.is_on() && self.plain(0x804) & SDIS == 0
     }
@@ -351,9 +352,9 @@ impl Usb {
         start..start + (register >> 16) as usize
     }
 
-    /// True if an endpoint's data fit into its transmit FIFO, and whether that FIFO is within the
-    /// memory, behind the receive FIFO, and apart from the FIFOs of other active endpoints (section
-    /// 34.13.1).
+    /// Returns true if an endpoint's data fit into its transmit FIFO, and whether that FIFO is
+    /// within the memory, behind the receive FIFO, and apart from the FIFOs of other active
+    /// endpoints (section 34.13.1).
     fn has_good_fifo(&self, index: usize) -> bool {
         let place = self.transmit_place(index);
         let is_apart = |other: usize| {
