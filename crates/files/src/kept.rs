@@ -21,8 +21,8 @@ pub struct Kept {
 pub struct Lock(#[expect(dead_code, reason = "the open file holds the lock")] File);
 
 impl Kept {
-    /// The file at `path`, or at the end of the links that begin there. It need not exist; its
-    /// first bytes are `begins`.
+    /// Returns the file at `path`, or at the end of the links that begin there. It need not exist;
+    /// its first bytes are `begins`.
     ///
     /// # Errors
     /// It is no file, does not begin so, or cannot be read.
@@ -36,7 +36,7 @@ impl Kept {
         Ok(kept)
     }
 
-    /// The file's path.
+    /// Returns the file's path.
     pub fn path(&self) -> &Path {
         &self.path
     }

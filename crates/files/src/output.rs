@@ -31,13 +31,14 @@ impl std::fmt::Display for OutputError {
 
 impl std::error::Error for OutputError {}
 
-/// True if an output goes to standard output. If so, messages about the job are not printed there.
+/// Returns true if an output goes to standard output. If so, messages about the job are not printed
+/// there.
 pub fn is_stdout(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-/// True if a path leads to the same file as one of `inputs`: an output must not replace an input. A
-/// device does not count, since it may be input and output.
+/// Returns true if a path leads to the same file as one of `inputs`: an output must not replace an
+/// input. A device does not count, since it may be input and output.
 pub fn is_input(path: &Path, inputs: &[&Path]) -> bool {
     let target = fs::canonicalize(path).ok().filter(|path| path.is_file());
     let is_target = |input: &&Path| target.is_some() && fs::canonicalize(input).ok() == target;
@@ -82,7 +83,7 @@ fn place(path: &Path) -> Option<PathBuf> {
     Some(folder.join(path.file_name()?))
 }
 
-/// The end of the symbolic links that begin at `path`, even if no file is there yet.
+/// Returns the end of the symbolic links that begin at `path`, even if no file is there yet.
 ///
 /// # Errors
 /// The links lead nowhere, for example in a circle.
@@ -135,8 +136,8 @@ pub fn open_log(path: &Path) -> io::Result<File> {
     }
 }
 
-/// The outcome of writing to standard output. A reader that has closed it early (`| head`) is no
-/// failure.
+/// Returns the outcome of writing to standard output. A reader that has closed it early (`| head`)
+/// is no failure.
 ///
 /// # Errors
 /// Every other failure.
@@ -183,7 +184,7 @@ impl Output {
         })
     }
 
-    /// A writer to this output.
+    /// Returns a writer to this output.
     pub fn pen(&self) -> Pen {
         Pen(Rc::clone(&self.to))
     }

@@ -4,8 +4,8 @@
 use std::borrow::Cow;
 use std::path::Path;
 
-/// The text of a path for messages. It stays on its line, and no line that begins with it is a
-/// workflow command of GitHub's.
+/// Returns the text of a path for messages. It stays on its line, and no line that begins with it
+/// is a workflow command of GitHub's.
 pub fn shown(path: impl AsRef<Path>) -> String {
     let name = path.as_ref().display().to_string();
     let name: String = name.chars().map(|one| spelled(one, false)).collect();
@@ -17,8 +17,8 @@ pub fn shown(path: impl AsRef<Path>) -> String {
     }
 }
 
-/// A text in which control characters are spelled, and with them all that XML 1.0 forbids; lines
-/// stay lines.
+/// Returns a text in which control characters are spelled, and with them all that XML 1.0 forbids;
+/// lines stay lines.
 pub fn plain(text: &str) -> Cow<'_, str> {
     match text.chars().any(|one| is_harmful(one, true)) {
         true => text.chars().map(|one| spelled(one, true)).collect(),
@@ -26,8 +26,8 @@ pub fn plain(text: &str) -> Cow<'_, str> {
     }
 }
 
-/// A text of JSON in which harmful characters are escaped as JSON escapes them. (Those below a blank
-/// are already.)
+/// Returns a text of JSON in which harmful characters are escaped as JSON escapes them. (Those
+/// below a blank are already.)
 pub fn plain_json(text: &str) -> String {
     let escaped = |one: char| match is_harmful(one, true) {
         true => format!("\\u{:04x}", u32::from(one)),
