@@ -9,7 +9,7 @@
 #![no_std]
 #![deny(unsafe_code)]
 
-/// The correctly rounded square root; NaN for numbers below 0.
+/// Returns the correctly rounded square root; NaN for numbers below 0.
 #[inline(always)]
 pub fn sqrt(x: f32) -> f32 {
     root(x)
