@@ -6,7 +6,7 @@ use heapless::Vec;
 
 use crate::{line, words, Error, ErrorKind, Letter, Number, Word};
 
-/// How many words [`parse`] has room for: the whole alphabet and six more G or M words.
+/// The number of words that [`parse`] has room for: the whole alphabet and six more G or M words.
 pub const DEFAULT_WORDS: usize = 32;
 
 /// The words of one line, at most `N` of them, and the marks around them.

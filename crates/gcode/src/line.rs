@@ -86,7 +86,7 @@ impl FusedIterator for Words<'_> {}
 /// The answer of a parser: the rest of the line and the value.
 type Parsed<'a, O> = IResult<&'a [u8], O, Fault>;
 
-/// An [`Error`] as seen from inside the line, where only the bytes left are known.
+/// An [`Error`] as seen from inside the line, which knows only the bytes left.
 #[derive(Debug)]
 pub(crate) struct Fault {
     kind: ErrorKind,

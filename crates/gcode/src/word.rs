@@ -91,7 +91,7 @@ impl fmt::Display for Letter {
     }
 }
 
-/// Nanos in 1.
+/// The number of 10⁻⁹ in 1.
 const ONE: u64 = 1_000_000_000;
 /// 10⁹ = 2⁹ · 5⁹: a shift by [`TWOS`] leaves a divisor that 32-bit hardware division can handle.
 const FIVES: u32 = 1_953_125;
