@@ -30,7 +30,7 @@ impl Fault {
         Self::External,
     ];
 
-    /// The fault's alarm.
+    /// Returns the fault's alarm.
     pub fn alarm(self) -> &'static OwnCode {
         let [open, shorted, frozen, runs_away, stuck, external] = &ALARMS;
         match self {
@@ -43,7 +43,7 @@ impl Fault {
         }
     }
 
-    /// The fault in a few words.
+    /// Returns the fault in a few words.
     pub fn text(self) -> &'static str {
         self.alarm().text
     }

@@ -29,8 +29,8 @@ pub struct Limits {
     pub patience: u16,
     /// The change of temperature that counts as a reaction, K.
     pub answer: f32,
-    /// How far the temperature may be from the target, once it has reached the target, K. Farther
-    /// away is the fault [`Fault::RunsAway`].
+    /// The greatest distance of the temperature from the target, once it has reached the target, K.
+    /// Farther away is the fault [`Fault::RunsAway`].
     pub band: f32,
 }
 
@@ -61,10 +61,10 @@ impl Limits {
 pub struct HeaterConfig {
     /// Its name in reports, one or two letters.
     pub name: &'static str,
-    /// How its temperature is read.
+    /// The sensor that reads its temperature.
     pub sensor: Sensor,
-    /// How far from its target the heater is switched on and off, K, above 0. With a larger value a
-    /// relay lasts longer.
+    /// The distance from its target at which the heater is switched on and off, K, above 0. With a
+    /// larger value a relay lasts longer.
     pub hysteresis: f32,
     /// The limits of its temperature.
     pub limits: Limits,
@@ -104,17 +104,17 @@ impl Heater {
         }
     }
 
-    /// Its name.
+    /// Returns its name.
     pub const fn name(&self) -> &'static str {
         self.config.name
     }
 
-    /// The temperature read last, °C.
+    /// Returns the temperature read last, °C.
     pub const fn celsius(&self) -> f32 {
         self.celsius
     }
 
-    /// Its target, °C; 0 if it is off.
+    /// Returns its target, °C; 0 if it is off.
     pub const fn target(&self) -> f32 {
         self.target
     }

@@ -27,7 +27,7 @@ use leadscrew_machine::state::State;
 use libm::roundf;
 use refusal::Refusal;
 
-/// How often temperatures are read and heaters switched: every 100 ms.
+/// The period in which temperatures are read and heaters are switched: 100 ms.
 pub const PERIOD: Duration = Duration::from_ticks(100_000);
 
 /// The pins of heaters, sensors and fan.
@@ -56,8 +56,8 @@ pub trait HeatPort {
         let _ = on;
     }
 
-    /// True if another device reports a fault of the heaters, such as another controller or a
-    /// thermal cut-out.
+    /// Returns true if another device reports a fault of the heaters, such as another controller or
+    /// a thermal cut-out.
     fn external_fault(&mut self) -> bool {
         false
     }
@@ -130,7 +130,7 @@ impl<P: HeatPort, const N: usize> Heat<P, N> {
         Ok(heat)
     }
 
-    /// The heaters, with their temperatures.
+    /// Returns the heaters, with their temperatures.
     pub fn heaters(&self) -> &[Heater] {
         &self.heaters
     }

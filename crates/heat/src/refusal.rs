@@ -1,9 +1,9 @@
-//! Why a line is refused, with the numbers and texts of the errors.
+//! The reasons why a line is refused, with the numbers and texts of the errors.
 
 use leadscrew_machine::extension::OwnCode;
 use leadscrew_machine::protocol::status::Status;
 
-/// Why a line was refused.
+/// The reason why a line was refused.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Refusal {
     TooCold,
@@ -44,7 +44,7 @@ static ERRORS: [OwnCode; 3] = [
     },
 ];
 
-/// The errors that lines are answered with.
+/// Returns the errors that lines are answered with.
 pub fn errors() -> impl Iterator<Item = &'static OwnCode> {
     ERRORS.iter()
 }

@@ -2,7 +2,7 @@
 
 use libm::logf;
 
-/// How a sensor turns a temperature into a voltage.
+/// The way in which a sensor turns a temperature into a voltage.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Sensor {
     /// An amplifier whose voltage is linear in the temperature, such as a thermocouple behind an
@@ -24,9 +24,9 @@ pub enum Sensor {
     },
 }
 
-/// 0 °C, K.
+/// The melting point of ice, 0 °C, in K.
 const ZERO: f32 = 273.15;
-/// 25 °C, K.
+/// The temperature at which thermistors are rated, 25 °C, in K.
 const ROOM: f32 = 298.15;
 
 impl Sensor {
@@ -36,7 +36,8 @@ impl Sensor {
         gain: 0.010,
     };
 
-    /// The temperature in °C for a voltage, as a share of the reference voltage `reference` (V).
+    /// Returns the temperature in °C for a voltage, as a share of the reference voltage `reference`
+    /// (V).
     ///
     /// For a thermistor, temperatures in kelvins:
     ///
@@ -50,7 +51,8 @@ impl Sensor {
         match self {
             Self::Linear { offset, gain } => (share * reference - offset) / gain,
             Self::Thermistor { r25, beta, pull_up } => {
-                /// How close `share` may come to 0 and to 1: one step of a converter of 12 bits.
+                /// The least distance of `share` from 0 and from 1: one step of a converter of 12
+                /// bits.
                 const LEAST: f32 = 1.0 / 4096.0;
                 let share = share.clamp(LEAST, 1.0 - LEAST);
                 let resistance = pull_up * share / (1.0 - share);

@@ -25,7 +25,7 @@ pub enum ConfigError {
 }
 
 impl ConfigError {
-    /// The number of the heater that is wrong, if it is one of them.
+    /// Returns the number of the heater that is wrong, if it is one of them.
     pub const fn heater(self) -> Option<usize> {
         match self {
             Self::Reference | Self::NoSuchHeater => None,
@@ -36,7 +36,7 @@ impl ConfigError {
         }
     }
 
-    /// The expected values, for people.
+    /// Returns the expected values, for people.
     pub const fn expected(self) -> &'static str {
         match self {
             Self::Reference => "expected a reference voltage above 0 V",

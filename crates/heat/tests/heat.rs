@@ -21,7 +21,7 @@ use std::rc::Rc;
 struct Body {
     celsius: f32,
     on: bool,
-    /// How fast the heater warms the body, K/s.
+    /// The speed at which the heater warms the body, K/s.
     power: f32,
     /// The time constant with which the body cools, s.
     tau: f32,
