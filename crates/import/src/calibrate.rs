@@ -3,8 +3,8 @@
 use crate::Mm;
 use leadscrew_gcode::Number;
 
-/// The steps per mm with which a move of `commanded` mm has this length. With `now` steps per mm it
-/// measured `measured` mm.
+/// Returns the steps per mm with which a move of `commanded` mm has this length. With `now` steps
+/// per mm it measured `measured` mm.
 ///
 /// Rounded to three decimals, as `$$` prints them.
 ///

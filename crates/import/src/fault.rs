@@ -79,7 +79,7 @@ impl Faults {
 /// A mistake that one line or more make.
 struct Cause<'a> {
     first: &'a Fault,
-    /// How many more faults there are, and the line of the last one.
+    /// The number of further faults, and the line of the last one.
     last: Option<(usize, u32)>,
 }
 

@@ -18,28 +18,28 @@ impl Mm {
     /// The reciprocal of a computed coordinate's resolution: 0.0001 mm.
     const COMPUTED: f64 = 1e4;
 
-    /// A length of `nanos` 1e-9 mm.
+    /// Makes a length of `nanos` 1e-9 mm.
     pub const fn from_nanos(nanos: i64) -> Self {
         Self(nanos)
     }
 
-    /// The length in 1e-9 mm.
+    /// Returns the length in 1e-9 mm.
     pub const fn nanos(self) -> i64 {
         self.0
     }
 
-    /// The multiple of 0.0001 mm nearest to a computed length; `None` beyond [`Mm::LIMIT`].
+    /// Returns the multiple of 0.0001 mm nearest to a computed length; `None` beyond [`Mm::LIMIT`].
     pub fn computed(mm: f64) -> Option<Self> {
         let is_near = mm.abs() <= Self::LIMIT.to_f64();
         is_near.then(|| Self((mm * Self::COMPUTED).round() as i64 * 100_000))
     }
 
-    /// The length as a float, for computing times and angles.
+    /// Returns the length as a float, for computing times and angles.
     pub fn to_f64(self) -> f64 {
         self.0 as f64 / 1e9
     }
 
-    /// The length without its sign.
+    /// Returns the length without its sign.
     pub const fn abs(self) -> Self {
         Self(self.0.abs())
     }

@@ -13,7 +13,7 @@ pub struct Point {
 }
 
 impl Point {
-    /// X0 Y0.
+    /// The point X0 Y0.
     pub const ORIGIN: Self = Self {
         x: Mm::ZERO,
         y: Mm::ZERO,

@@ -9,7 +9,7 @@ use crate::{Fault, Faults, Job, Mm};
 use leadscrew_gcode::{parse, Letter, Number, Word};
 use std::collections::BTreeMap;
 
-/// How a printer's file is read.
+/// The way in which a printer's file is read.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Options {
     /// The file's X, Y and Z at which the tool stands after `G28`. `None`: the machine's work
@@ -341,7 +341,8 @@ fn without_checksum(text: &str) -> Result<&str, Wrong> {
     }
 }
 
-/// Where a line's command begins, after its `N` word; and the command's letter and number.
+/// Returns the place at which a line's command begins, after its `N` word; and the command's letter
+/// and number.
 fn code(text: &str) -> (usize, &str) {
     let skip = |from: usize| from + (text.len() - from - text[from..].trim_start().len());
     let mut start = skip(0);

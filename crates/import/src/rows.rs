@@ -9,7 +9,7 @@ use crate::decimal;
 use crate::gcode_text::comment;
 use crate::{Fault, Faults, Job, Mm, Point};
 
-/// How rows are engraved.
+/// The way in which rows are engraved.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Options {
     /// The length of the rows' unit, mm: rows have no scale of their own.
@@ -18,7 +18,7 @@ pub struct Options {
     pub feed: Mm,
     /// The feed downwards, mm/min.
     pub plunge: Mm,
-    /// How far the tool is lifted between cuts, mm.
+    /// The height by which the tool is lifted between cuts, mm.
     pub lift: Mm,
     /// Speed of the spindle, 1/min.
     pub spindle: u32,

@@ -12,7 +12,7 @@ use crate::decimal::{self, NANOS_PER_MM};
 use crate::gcode_text::{comment, ABSOLUTE_MM};
 use crate::{Fault, Faults, Job, Mm, Point};
 
-/// How a part is made.
+/// The way in which a part is made.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Options {
     /// Feed of X and Y with the extruder on, mm/min.

@@ -90,9 +90,9 @@ struct Mode {
     is_down: bool,
 }
 
-/// How many holes a line asks for, judged by its letters alone. A coordinate is a hole, and `R6` is
-/// six. While routing, lifting the tool ends a shape, and so does the end of the program. Units,
-/// formats, tools and headers are ignored.
+/// Returns how many holes a line asks for, judged by its letters alone. A coordinate is a hole, and
+/// `R6` is six. While routing, lifting the tool ends a shape, and so does the end of the program.
+/// Units, formats, tools and headers are ignored.
 fn asked(line: &str, mode: &mut Mode) -> u64 {
     let line = line.split(';').next().unwrap().trim().to_ascii_uppercase();
     if line.starts_with('(') || line.contains(',') {

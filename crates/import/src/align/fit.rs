@@ -33,7 +33,7 @@ pub struct Fit {
     /// True if the points fit a mirrored board better. Two points, or points on one line, cannot
     /// show whether a board is mirrored.
     pub is_mirrored: bool,
-    /// How far each measured point is from its place in the turned and shifted job, mm.
+    /// The distance of each measured point from its place in the turned and shifted job, mm.
     pub misses: Vec<f64>,
     factor: [f64; 2],
     applied: f64,
@@ -86,24 +86,24 @@ impl Fit {
         Ok(fit)
     }
 
-    /// The place on the board of a point of the job.
+    /// Returns the place on the board of a point of the job.
     pub fn place(&self, point: Place) -> Place {
         let Pair { nominal, measured } = self.middle;
         let way = self.way([point[0] - nominal[0], point[1] - nominal[1]]);
         [measured[0] + way[0], measured[1] + way[1]]
     }
 
-    /// The turned and scaled way from one point to another.
+    /// Returns the turned and scaled way from one point to another.
     pub fn way(&self, way: Place) -> Place {
         product(self.factor, way)
     }
 
-    /// The factor by which lengths of the job grow: 1 unless the scale is applied.
+    /// Returns the factor by which lengths of the job grow: 1 unless the scale is applied.
     pub fn length(&self) -> f64 {
         self.applied
     }
 
-    /// The place on the board of the job's X0 Y0.
+    /// Returns the place on the board of the job's X0 Y0.
     pub fn shift(&self) -> Place {
         self.place([0.0, 0.0])
     }

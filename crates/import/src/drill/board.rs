@@ -86,7 +86,7 @@ impl Board {
         }
     }
 
-    /// Notes how many holes there are, and where.
+    /// Notes the number of the holes, and their places.
     fn measure(&mut self) {
         let shapes = self.groups.iter().flat_map(|group| &group.shapes);
         let points: Vec<Point> = shapes.clone().flat_map(Shape::points).collect();

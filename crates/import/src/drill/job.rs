@@ -6,8 +6,8 @@ use crate::excellon::{Arc, Centre, Cut, Route, Shape};
 use crate::gcode_text::{comment, ABSOLUTE_MM};
 use crate::{Job, Mm, Point};
 
-/// How far above the last bottom a rapid may go back down into a hole, mm: 0.25, but at most half a
-/// peck.
+/// The height above the last bottom to which a rapid may go back down into a hole, mm: 0.25, but at
+/// most half a peck.
 const RELIEF: Mm = Mm::from_nanos(250_000_000);
 /// The most holes in the row that makes a slot.
 const MOST_HOLES: f64 = 10_000.0;

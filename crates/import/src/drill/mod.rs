@@ -17,17 +17,17 @@ use crate::excellon::Drawing;
 use crate::{Job, Mm};
 use board::Board;
 
-/// How a board is drilled. Heights are the job's Z: if zero is the board's surface, a depth is
-/// below zero.
+/// The way in which a board is drilled. Heights are the job's Z: if zero is the board's surface, a
+/// depth is below zero.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Options {
     /// Z of a hole's bottom, mm.
     pub depth: Mm,
     /// Z between holes, mm.
     pub clearance: Mm,
-    /// How fast bits go down, mm/min.
+    /// The feed at which bits go down, mm/min.
     pub feed: Mm,
-    /// How fast slots and routes are milled, mm/min; `None` for the same as `feed`.
+    /// The feed at which slots and routes are milled, mm/min; `None` for the same as `feed`.
     pub mill_feed: Option<Mm>,
     /// The greatest depth that is drilled or milled in one go, mm.
     pub peck: Option<Mm>,
@@ -50,7 +50,7 @@ pub struct Options {
     pub cycles: bool,
 }
 
-/// Which coordinates change their sign.
+/// The coordinates that change their sign.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Mirror {
     /// X: the board was turned over like a page.

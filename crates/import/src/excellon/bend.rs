@@ -4,8 +4,8 @@
 use super::shape::Centre;
 use crate::{Mm, Point};
 
-/// How much an arc's two ends may differ in their distance from the centre, mm, since a file's
-/// numbers are rounded. GRBL allows as much.
+/// The greatest difference between the distances of an arc's two ends from the centre, mm, since a
+/// file's numbers are rounded. GRBL allows as much.
 const ROUNDING: f64 = 0.005;
 /// On a large arc the difference may also be this share of the radius, but at most `MOST` mm.
 const SHARE: f64 = 0.001;

@@ -1,4 +1,4 @@
-//! How a file writes lengths: its unit, its digits, and which zeros are left out.
+//! The format of a file's lengths: its unit, its digits, and which zeros are left out.
 
 use super::fact::{Fact, Place, Settled};
 use super::word::Word;
@@ -78,7 +78,7 @@ impl FromStr for Digits {
     }
 }
 
-/// Which zeros a number keeps. Those at its other end may be left out.
+/// The zeros that a number keeps. Those at its other end may be left out.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Zeros {
     /// `LZ`: with 2.4 digits, `X0034` is 00.3400.

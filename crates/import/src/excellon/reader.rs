@@ -25,7 +25,7 @@ pub(super) enum Mode {
     Down(Motion, Point),
 }
 
-/// How the router moves.
+/// The router's mode of motion.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Motion {
     /// `G00`.

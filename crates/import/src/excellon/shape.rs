@@ -21,7 +21,7 @@ pub enum Shape {
 /// A milled path.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Route {
-    /// The point where the tool goes down.
+    /// The point at which the tool goes down.
     pub from: Point,
     /// The cuts from there; never empty.
     pub cuts: Vec<Cut>,
@@ -45,7 +45,7 @@ pub struct Arc {
     pub centre: Centre,
 }
 
-/// How an arc's centre is given.
+/// The way in which an arc's centre is given.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Centre {
     /// The distance of the centre from both ends (`A`); the arc is at most half a circle.
@@ -55,7 +55,7 @@ pub enum Centre {
 }
 
 impl Shape {
-    /// The point where the tool first goes down.
+    /// Returns the point at which the tool first goes down.
     pub fn from(&self) -> Point {
         match self {
             Self::Hole(at) => *at,
@@ -63,7 +63,7 @@ impl Shape {
         }
     }
 
-    /// The point where the tool last comes up.
+    /// Returns the point at which the tool last comes up.
     pub fn to(&self) -> Point {
         match self {
             Self::Hole(at) => *at,
@@ -72,8 +72,8 @@ impl Shape {
         }
     }
 
-    /// The same shape, made from its other end. The result is the same, since slots and paths
-    /// without compensation are as wide as the tool.
+    /// Returns the same shape, made from its other end. The result is the same, since slots and
+    /// paths without compensation are as wide as the tool.
     pub fn reversed(&self) -> Self {
         match self {
             Self::Hole(at) => Self::Hole(*at),

@@ -46,7 +46,7 @@ enum Motion {
     None,
 }
 
-/// What becomes of a G word.
+/// The treatment of a G word.
 enum Mode {
     /// It is in force, and each line is written so that it needs none.
     Taken,
@@ -127,7 +127,7 @@ impl<'a> Bender<'a> {
         })
     }
 
-    /// A move to machine coordinates or a stored place: as it is, in mm. Where it ends is not known.
+    /// A move to machine coordinates or a stored place: as it is, in mm. Its end is not known.
     fn machine_move(&mut self, code: &str, words: &[Word], others: &[String]) -> Vec<String> {
         let mut parts = vec![
             if self.is_relative { "G91" } else { "G90" }.to_owned(),

@@ -22,7 +22,7 @@ const SAME: f64 = 0.02;
 pub struct Map {
     /// The columns and rows, ascending.
     lines: [Vec<f64>; 2],
-    /// Row by row.
+    /// The heights at the places, row by row.
     heights: Vec<f64>,
 }
 
@@ -81,7 +81,7 @@ impl Map {
         Ok(Self { lines, heights })
     }
 
-    /// The height at a place, mm.
+    /// Returns the height at a place, mm.
     pub fn height(&self, at: [f64; 2]) -> f64 {
         let [(column, x), (row, y)] = [0, 1].map(|axis| cell(&self.lines[axis], at[axis]));
         let corner = |right: usize, up: usize| {
@@ -93,7 +93,7 @@ impl Map {
         low * (1.0 - y) + high * y
     }
 
-    /// Whether a place lies within the grid, to [`SAME`].
+    /// Returns true if a place lies within the grid, to [`SAME`].
     pub fn covers(&self, at: [f64; 2]) -> bool {
         self.bounds()
             .iter()
@@ -101,7 +101,7 @@ impl Map {
             .all(|((low, high), at)| (low - SAME..=high + SAME).contains(&at))
     }
 
-    /// The first and the last column, the first and the last row, mm.
+    /// Returns the first and the last column, the first and the last row, mm.
     pub fn bounds(&self) -> [(f64, f64); 2] {
         [0, 1].map(|axis| {
             let lines = &self.lines[axis];
@@ -110,9 +110,9 @@ impl Map {
         })
     }
 
-    /// How far the surface may be from the map between its places, mm; `None` if the grid is too small
-    /// to show how the surface curves. Three places in a row show the surface's curvature. A
-    /// quarter is added, since the surface may curve most between the places.
+    /// Returns how far the surface may be from the map between its places, mm; `None` if the grid
+    /// is too small to show how the surface curves. Three places in a row show the surface's
+    /// curvature. A quarter is added, since the surface may curve most between the places.
     ///
     /// ```
     /// use leadscrew_import::level::Map;
@@ -131,7 +131,7 @@ impl Map {
         Some(1.25 * (most(along_x.collect())? + most(along_y.collect())?))
     }
 
-    /// [`Map::error`] in words.
+    /// Returns [`Map::error`] in words.
     pub fn accuracy(&self) -> String {
         match self.error() {
             Some(error) => format!("between its places the surface is within {error:.3} mm of it"),
@@ -168,8 +168,8 @@ impl Map {
     }
 }
 
-/// How far a parabola through each three heights in a line is from its chords at most; `None` for
-/// fewer than three.
+/// Returns how far a parabola through each three heights in a line is from its chords at most;
+/// `None` for fewer than three.
 fn bulge<'a>(places: &[f64], heights: impl Iterator<Item = &'a f64>) -> Option<f64> {
     let all: Vec<_> = places.iter().zip(heights).collect();
     let bulges = all.windows(3).filter_map(|three| {
