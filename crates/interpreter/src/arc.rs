@@ -42,7 +42,7 @@ pub(super) fn centre_from_radius(
     ])
 }
 
-/// How much farther from an arc's centre one end may be than the other.
+/// The length by which one end of an arc may be farther from the centre than the other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ArcMismatch {
@@ -94,7 +94,7 @@ pub(super) fn fitted_centre(
     let longest = u128::from(i.nanos().unsigned_abs().max(j.nanos().unsigned_abs()));
     // The radii at start and end, a and b, differ by
     // |a − b| = |a² − b²| / (a + b)
-    // where a + b is no less than a's longest component: most arcs need no root.
+    // and a + b is no less than a's longest component: most arcs need no root.
     let least = ArcMismatch::GRBL.nanos().min(allowed.nanos());
     if start2.abs_diff(end2) <= u128::from(least) * longest {
         return Ok(centre);

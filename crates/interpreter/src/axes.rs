@@ -1,6 +1,6 @@
 //! The kinds of axes.
 
-/// Whether an axis is a length or an angle.
+/// Says whether an axis is a length, an angle or filament.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum AxisKind {
@@ -19,7 +19,7 @@ pub enum AxisKind {
 }
 
 impl AxisKind {
-    /// The number of axes.
+    /// Returns the number of axes.
     pub fn count<const AXES: usize>(axes: &[Self; AXES]) -> usize {
         if AXES <= WITHOUT_EXTRUDER {
             return AXES;
@@ -33,7 +33,7 @@ impl AxisKind {
 /// axes has no code for E or for absent axes.
 pub const WITHOUT_EXTRUDER: usize = 3;
 
-/// The axis of the extruder, if there is one.
+/// Returns the axis of the extruder, if there is one.
 pub fn extruder<const AXES: usize>(axes: &[AxisKind; AXES]) -> Option<usize> {
     if AXES <= WITHOUT_EXTRUDER {
         return None;

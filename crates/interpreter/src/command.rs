@@ -65,15 +65,15 @@ pub enum Command<const AXES: usize> {
     Line(Travel<AXES>),
     /// Go to the target on an arc or helix.
     Arc {
-        /// Where to, how fast.
+        /// The target and the feed.
         travel: Travel<AXES>,
         /// The way round.
         arc: ArcShape,
     },
     /// Drill or bore holes: the cycle's [`Strokes`](super::Strokes), one after the other. The
-    /// target is where the cycle ends.
+    /// target is the end of the cycle.
     Cycle {
-        /// Where to, how fast in the material.
+        /// The target, and the feed in the material.
         travel: Travel<AXES>,
         /// The holes.
         cycle: Cycle,
@@ -81,7 +81,7 @@ pub enum Command<const AXES: usize> {
     /// Go straight towards the target until the probe says stop. The machine then sets the
     /// position, with [`Interpreter::set_position`](super::Interpreter::set_position).
     Probe {
-        /// Where to at the farthest, how fast.
+        /// The target, which is the farthest place, and the feed.
         travel: Travel<AXES>,
         /// The event to wait for.
         kind: ProbeKind,
@@ -97,9 +97,9 @@ pub enum Command<const AXES: usize> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Travel<const AXES: usize> {
-    /// The end, machine coordinates. It may be where the last motion ended.
+    /// The end, machine coordinates. It may be the end of the last motion.
     pub target: [Coordinate; AXES],
-    /// How fast.
+    /// The feed.
     pub feed: Feed,
     /// The spindle meanwhile: in laser mode the beam's power belongs to the motion.
     pub spindle: Spindle,
@@ -145,8 +145,8 @@ pub struct Spindle {
 pub struct ArcShape {
     /// The plane in which it turns; the other axes move along evenly.
     pub plane: Plane,
-    /// Which way. If target and start have the same place in the plane, the arc is a full
-    /// circle.
+    /// The direction of the turn. If target and start have the same place in the plane, the arc is
+    /// a full circle.
     pub turn: Turn,
     /// From the start to the centre, along the two axes of [`Plane::axes`].
     pub centre: [Coordinate; 2],
@@ -158,7 +158,7 @@ pub struct ArcShape {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Jog<const AXES: usize> {
-    /// Where to, how fast: always [`Feed::PerMinute`]. No override applies.
+    /// The target and the feed, which is always [`Feed::PerMinute`]. No override applies.
     pub travel: Travel<AXES>,
 }
 
@@ -190,7 +190,7 @@ impl OffsetId {
         Self::Work(WorkSystem::G59_3),
     ];
 
-    /// Its place in [`OffsetId::ALL`].
+    /// Returns its place in [`OffsetId::ALL`].
     pub const fn index(self) -> u8 {
         match self {
             Self::Work(system) if (system as usize) < WorkSystem::GRBL => system as u8,

@@ -34,7 +34,7 @@ pub struct Context<'a, const AXES: usize> {
 }
 
 impl<const AXES: usize> Context<'_, AXES> {
-    /// Whether a motion turns axes and changes no length.
+    /// Returns true if a motion turns axes and changes no length.
     pub(super) fn turns_alone(&self, from: &[Coordinate; AXES], to: &[Coordinate; AXES]) -> bool {
         let moves = |kind| {
             let mut axes = self.axes.iter().zip(from.iter().zip(to));
@@ -67,8 +67,8 @@ pub struct Dialect {
 }
 
 impl Dialect {
-    /// True if the machine knows LinuxCNC's words. A build without the feature `linuxcnc` has no
-    /// code for them: firmware for small chips.
+    /// Returns true if the machine knows LinuxCNC's words. A build without the feature `linuxcnc`
+    /// has no code for them: firmware for small chips.
     pub const fn has_linuxcnc(&self) -> bool {
         cfg!(feature = "linuxcnc") && self.linuxcnc
     }
@@ -95,7 +95,7 @@ impl<'a> ToolTable<'a> {
     /// No table.
     pub const NONE: Self = Self(None);
 
-    /// A table that `length` looks up.
+    /// Makes a table that `length` looks up.
     pub const fn some(length: &'a LengthOf<'a>) -> Self {
         Self(Some(length))
     }
@@ -122,7 +122,8 @@ pub struct Own<'a> {
 }
 
 impl<'a> Own<'a> {
-    /// The codes for which `find` has an answer. A line whose code `check` refuses is refused.
+    /// Returns the codes for which `find` has an answer. A line whose code `check` refuses is
+    /// refused.
     pub const fn new(
         find: &'a dyn Fn(u8) -> Option<MCode>,
         check: &'a dyn Fn(&Call) -> Result<(), Status>,
@@ -137,10 +138,10 @@ impl<'a> Own<'a> {
 pub struct OwnCodes<'a>(Option<&'a Own<'a>>);
 
 impl<'a> OwnCodes<'a> {
-    /// None at all.
+    /// No codes at all.
     pub const NONE: Self = Self(None);
 
-    /// The codes of `own`.
+    /// Returns the codes of `own`.
     pub const fn some(own: &'a Own<'a>) -> Self {
         Self(Some(own))
     }
@@ -160,7 +161,7 @@ impl<'a> OwnCodes<'a> {
         self.0.and_then(|own| own.found.get())
     }
 
-    /// Whether the M code that was noted last may be carried out.
+    /// Checks whether the M code that was noted last may be carried out.
     ///
     /// # Errors
     /// The status with which the line is refused.

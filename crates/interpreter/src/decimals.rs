@@ -38,7 +38,7 @@ impl Decimals {
         self.fine = self.fine << 1 | u16::from(bits % twos != 0);
     }
 
-    /// How far rounding may have moved a point on each axis, mm.
+    /// Returns how far rounding may have moved a point on each axis, mm.
     pub(super) fn rounding(self, units: Units) -> f32 {
         match (units, self.fine == 0) {
             (Units::Millimetres, false) => THREE_DECIMALS,

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   M82  E is a place in work coordinates       G90  M82 too
-//!   M83  E is a way from where the axis is      G91  M83 too
+//!   M83  E is a way from the axis's place       G91  M83 too
 //! ```
 //!
 //! A machine with three axes has no extruder, and is built without this code.
@@ -22,7 +22,7 @@ impl<const AXES: usize> Context<'_, AXES> {
         axes::extruder(self.axes)
     }
 
-    /// How E counts after this code, if it is M82 or M83 and there is an extruder.
+    /// Returns how E counts after this code, if it is M82 or M83 and there is an extruder.
     pub(super) fn extrusion(&self, code: Code) -> Option<Distance> {
         if AXES <= WITHOUT_EXTRUDER {
             return None;

@@ -6,7 +6,7 @@ use crate::{Dialect, Status};
 use core::fmt;
 use leadscrew_gcode::{words, Error, ErrorKind, Letter, Word};
 
-/// Why a line was refused, and where it went wrong.
+/// The reason why a line was refused, and the place in the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Fault {
@@ -26,7 +26,7 @@ impl fmt::Display for Fault {
 impl core::error::Error for Fault {}
 
 impl Fault {
-    /// The same fault in a line with `columns` more bytes in front.
+    /// Returns the same fault in a line with `columns` more bytes in front.
     pub fn after(self, columns: usize) -> Self {
         let column = self.column.saturating_add(columns);
         Self { column, ..self }
@@ -53,13 +53,13 @@ impl Fault {
     }
 }
 
-/// True if a filtered line has a parameter or an expression.
+/// Returns true if a filtered line has a parameter or an expression.
 fn has_values(line: &[u8]) -> bool {
     line.iter().any(|byte| matches!(byte, b'#' | b'['))
 }
 
-/// True if a line has an O word, behind its line number at most, or if M98, M99 or G65 stands at
-/// `column`.
+/// Returns true if a line has an O word, behind its line number at most, or if M98, M99 or G65
+/// stands at `column`.
 fn is_flow(line: &[u8], column: usize) -> bool {
     let bare = line.strip_prefix(b"N").map(|rest| {
         let digits = rest.iter().take_while(|byte| byte.is_ascii_digit()).count();
@@ -96,8 +96,8 @@ impl From<Error> for Fault {
     }
 }
 
-/// Why a line as a whole was refused. The place of its culprit is looked up only in the end, by
-/// [`Refusal::locate`].
+/// The reason why a line as a whole was refused. The place of its culprit is looked up only in the
+/// end, by [`Refusal::locate`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Refusal {
     pub(super) status: Status,

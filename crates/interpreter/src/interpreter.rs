@@ -19,7 +19,7 @@ use crate::Status;
 use leadscrew_gcode::Number;
 use leadscrew_planner::Coordinate;
 
-/// How much of a line its commands are.
+/// The part of a line for which commands stand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Extent {
     /// All of it.
@@ -115,9 +115,9 @@ impl<const AXES: usize> Interpreter<AXES> {
         Ok(())
     }
 
-    /// True if the operator may send this line while a line of the program is put aside. It may
-    /// have probing, G4, G10 L1 and L20, tool length, and G words of modes. A line with a fault may
-    /// be sent too: it is answered with its error.
+    /// Returns true if the operator may send this line while a line of the program is put aside. It
+    /// may have probing, G4, G10 L1 and L20, tool length, and G words of modes. A line with a fault
+    /// may be sent too: it is answered with its error.
     pub fn serves_operator(&self, line: &[u8], context: &Context<'_, AXES>) -> bool {
         let mut block = self.block(context);
         match block.read(line, context, &self.modal) {

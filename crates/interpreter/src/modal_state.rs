@@ -80,7 +80,7 @@ impl Display for Turn {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ProbeKind {
-    /// Stop when contact is made (G38.2, G38.3); otherwise where it is lost (G38.4, G38.5).
+    /// Stop when contact is made (G38.2, G38.3); otherwise when it is lost (G38.4, G38.5).
     pub toward: bool,
     /// An alarm if the target is reached first (G38.2, G38.4).
     pub must_trigger: bool,
@@ -201,7 +201,7 @@ impl Display for Units {
     }
 }
 
-/// How far canned cycles go back: modal group 10.
+/// The level to which canned cycles go back: modal group 10.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Retract {
@@ -242,7 +242,7 @@ impl WorkSystem {
         Self::G59_2,
         Self::G59_3,
     ];
-    /// How many of them Grbl has: the first ones.
+    /// The number of them that Grbl has: the first ones.
     pub const GRBL: usize = 6;
 }
 
@@ -262,7 +262,7 @@ impl Display for WorkSystem {
     }
 }
 
-/// How the spindle turns: modal group M7.
+/// The rotation of the spindle: modal group M7.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Rotation {
@@ -289,14 +289,14 @@ impl Display for Rotation {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Coolant {
-    /// M7, if the machine has it.
+    /// True if mist coolant is on (M7), if the machine has it.
     pub mist: bool,
-    /// M8.
+    /// True if flood coolant is on (M8).
     pub flood: bool,
 }
 
 impl Coolant {
-    /// M9: neither.
+    /// No coolant (M9).
     pub const OFF: Self = Self {
         mist: false,
         flood: false,
@@ -353,7 +353,7 @@ pub struct ModalState {
     pub units: Units,
     /// Work coordinate system.
     pub system: WorkSystem,
-    /// How far canned cycles go back.
+    /// The level to which canned cycles go back.
     pub retract: Retract,
     /// Spindle.
     pub rotation: Rotation,

@@ -1,4 +1,4 @@
-//! Where the coordinate systems of the program lie in the machine.
+//! The places of the program's coordinate systems in the machine.
 //!
 //! ```text
 //! work offset = origin of G54…G59.3 + G92 + tool length (Z)      machine = work + work offset
@@ -19,7 +19,7 @@ pub struct Offsets<const AXES: usize> {
     g28: [Coordinate; AXES],
     g30: [Coordinate; AXES],
     g92: [Coordinate; AXES],
-    /// What G92.2 has put aside, and G92.3 puts in force again.
+    /// The offset that G92.2 has put aside, and that G92.3 puts in force again.
     kept_g92: [Coordinate; AXES],
     tool_length: Coordinate,
 }

@@ -19,8 +19,8 @@ impl MCode {
         first: false,
     };
 
-    /// An M code that takes these words, each one of `L`, `P`, `R`, `S` and `T`: on its line they
-    /// mean nothing to GRBL. The line may leave out any of them.
+    /// Makes an M code that takes these words, each one of `L`, `P`, `R`, `S` and `T`: on its line
+    /// they mean nothing to GRBL. The line may leave out any of them.
     pub const fn with(words: &[Letter]) -> Self {
         let (mut letters, mut rest) = (0, words);
         while let [letter, tail @ ..] = rest {
@@ -33,8 +33,9 @@ impl MCode {
         }
     }
 
-    /// The same M code, carried out before all else of its line: the other words of the line get
-    /// their meaning once it is done. An M code that moves axes, or is put aside, has to come first.
+    /// Returns the same M code, carried out before all else of its line: the other words of the
+    /// line get their meaning once it is done. An M code that moves axes, or is put aside, has to
+    /// come first.
     pub const fn first(self) -> Self {
         Self {
             first: true,
@@ -72,7 +73,7 @@ pub struct Call {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Words {
-    /// Which of them the line has, a bit a letter.
+    /// The letters that the line has of them, a bit a letter.
     letters: u32,
     values: [Number; Self::LETTERS.len()],
 }
@@ -86,7 +87,7 @@ impl Words {
         values: [Number::from_int(0); Self::LETTERS.len()],
     };
 
-    /// The value of a word, if the line has it.
+    /// Returns the value of a word, if the line has it.
     pub fn get(&self, letter: Letter) -> Option<Number> {
         let has = self.letters & 1 << letter as u32 != 0;
         let mut words = Self::LETTERS.iter().zip(self.values);

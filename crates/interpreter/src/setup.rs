@@ -11,14 +11,14 @@ use leadscrew_planner::Coordinate;
 /// The state that G-code leaves from line to line: modes, offsets, and where the program has got
 /// to.
 ///
-/// Its position runs ahead of the machine: it is the exact place where the last command ends,
+/// Its position runs ahead of the machine: it is the exact end of the last command,
 /// before any rounding to steps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Interpreter<const AXES: usize> {
     pub(super) modal: ModalState,
     /// The overrides that M48 to M51 let act.
     pub(super) overrides: OverrideControl,
-    /// What M70 has kept for M72.
+    /// The state that M70 has kept for M72.
     pub(super) kept: Option<(ModalState, OverrideControl)>,
     pub(super) offsets: Offsets<AXES>,
     /// `offsets.work_offset(modal.system)`, which every line needs.
@@ -28,12 +28,12 @@ pub struct Interpreter<const AXES: usize> {
     pub(super) series: Option<Series>,
     /// The decimals of the program.
     pub(super) decimals: Decimals,
-    /// What the last arc lacked that was refused.
+    /// The length that the last refused arc lacked.
     pub(super) apart: Apart,
 }
 
-/// What a refused arc lacked. It is said, and changes nothing: two states that differ in it are the
-/// same.
+/// The length that a refused arc lacked. It is said, and changes nothing: two states that differ in
+/// it are the same.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Apart(Cell<Coordinate>);
 
@@ -104,7 +104,7 @@ impl<const AXES: usize> Interpreter<AXES> {
         &self.work_offset
     }
 
-    /// Returns where the last command ends, machine coordinates.
+    /// Returns the end of the last command, machine coordinates.
     pub fn position(&self) -> &[Coordinate; AXES] {
         &self.position
     }

@@ -6,7 +6,7 @@ use crate::codes;
 use core::fmt;
 
 codes! {
-    /// Why a line was refused.
+    /// The reason why a line was refused.
     Status {
         ExpectedLetter = 1, "A word must begin with a letter",
             "The line has a byte where a letter from A to Z was expected. Check it for a second point in a number or for a character that G-code does not use.";

@@ -71,7 +71,7 @@ pub(super) enum NonModal {
     UseG92(bool),
 }
 
-/// How the program goes on after a line.
+/// The way in which the program goes on after a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Flow {
     /// The next line.

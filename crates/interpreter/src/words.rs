@@ -1,8 +1,8 @@
 //! The words of one line, gathered from left to right, each checked as it comes.
 //!
 //! A word is checked in GRBL's order: that it does not claim axis words that are taken (24), that
-//! it exists (20, 38) and its number is whole where it must be (23), that neither its group nor its
-//! letter was there before (21, 25), that it is not negative where it may not be (4).
+//! it exists (20, 38) and its number is whole if it must be (23), that neither its group nor its
+//! letter was there before (21, 25), that it is not negative if it may not be (4).
 
 use super::code::{Code, GWord, Group, Groups, Letters, MWord};
 use super::context::{Context, OwnCodes};
@@ -31,7 +31,7 @@ pub(super) struct Block<const AXES: usize> {
     pub(super) tool_length: ToolLength,
     /// The program flow at the end of the line.
     pub(super) flow: Flow,
-    /// Which axes have a word, one bit an axis.
+    /// The axes that have a word, one bit an axis.
     pub(super) axis_mask: u8,
     /// The axis words, in units of the program.
     pub(super) axes: [Number; AXES],
@@ -198,8 +198,8 @@ impl<const AXES: usize> Block<AXES> {
         })
     }
 
-    /// True if the line has nothing but probing, G4, G10 L1 or L20, tool length and G words of
-    /// modes.
+    /// Returns true if the line has nothing but probing, G4, G10 L1 or L20, tool length and G words
+    /// of modes.
     pub(super) fn serves_operator(&self) -> bool {
         let probes = matches!(self.modal.motion, Motion::Probe(_));
         let moves = self.axis_command == AxisCommand::Motion && self.axis_mask != 0;
@@ -334,7 +334,7 @@ const OF_M_CODES: Groups = Groups::of(&[
     Group::Modes,
 ]);
 
-/// M70 to M73.
+/// The groups of M70 to M73.
 const OF_MODES: Groups = Groups::of(&[Group::Modes, Group::Keep, Group::Recall]);
 
 const OWN: Groups = Groups::of(&[Group::Own]);

@@ -210,7 +210,7 @@ impl<const AXES: usize> Check<'_, AXES> {
         Ok(Number::from_nanos(peck))
     }
 
-    /// Leads the target from the first hole to where the cycle ends; returns the way from a hole to
+    /// Leads the target from the first hole to the end of the cycle; returns the way from a hole to
     /// the next.
     fn lead_to_last_hole(
         &self,

@@ -10,7 +10,8 @@ use crate::Status;
 use leadscrew_gcode::Letter;
 
 impl<const AXES: usize> Check<'_, AXES> {
-    /// Where the extruder's word counts from; `None` if it counts as the words of other axes do.
+    /// Returns the place from which the extruder's word counts; `None` if it counts as the words of
+    /// other axes do.
     pub(super) fn extruder_origin(&self) -> Option<Coordinate> {
         let axis = self.context.extruder()?;
         if self.block.non_modal == NonModal::MachineCoordinates {

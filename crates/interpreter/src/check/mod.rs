@@ -74,7 +74,7 @@ pub(super) enum Effect<const AXES: usize> {
     GoTo([Coordinate; AXES]),
 }
 
-/// How a line moves to its target.
+/// The path of a line to its target.
 #[derive(Debug, Clone)]
 pub(super) enum Path {
     /// Not at all.
@@ -389,8 +389,8 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         }
     }
 
-    /// True if a jog may have all words of the line. Besides its motion it may choose units,
-    /// distance mode and machine coordinates.
+    /// Returns true if a jog may have all words of the line. Besides its motion it may choose
+    /// units, distance mode and machine coordinates.
     fn is_jog(&self) -> bool {
         let modes = self.block.groups.without(GROUPS_IN_JOGS).is_empty();
         let non_modal = self.block.non_modal;

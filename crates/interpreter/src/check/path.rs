@@ -17,7 +17,7 @@ use leadscrew_gcode::{Letter, Number};
 const MOST_TURNS: u8 = 100;
 
 impl<const AXES: usize> Check<'_, AXES> {
-    /// How the line moves to its target, by its motion mode.
+    /// Returns how the line moves to its target, by its motion mode.
     #[inline]
     pub(super) fn path(
         &mut self,

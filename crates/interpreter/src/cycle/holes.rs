@@ -13,7 +13,7 @@ pub(crate) const MOST: u16 = 10_000;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Cycle {
-    /// Which cycle.
+    /// The kind of the cycle.
     pub kind: CycleKind,
     /// True if the series began below the R level. Then a tool that is below the R level goes
     /// straight up to it before it goes to the first hole. Otherwise the tool goes up and to the
@@ -21,7 +21,7 @@ pub struct Cycle {
     pub lifts: bool,
     /// The plane of the holes: the tool goes along the axis across it.
     pub plane: Plane,
-    /// How many holes: the L word, 1 to 10 000.
+    /// The number of holes: the L word, 1 to 10 000.
     pub repeats: u16,
     /// From a hole to the next, along the two axes of [`Plane::axes`].
     pub step: [Coordinate; 2],
@@ -35,7 +35,7 @@ pub struct Cycle {
 
 impl Cycle {
     /// Returns two opposite corners of the box in which the cycle stays once it is over its first
-    /// hole. `end`: where the cycle ends.
+    /// hole. `end`: the end of the cycle.
     pub fn corners<const AXES: usize>(&self, end: &[Coordinate; AXES]) -> [[Coordinate; AXES]; 2] {
         let top = self.clear.max(self.level(end));
         [

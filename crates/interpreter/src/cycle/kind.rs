@@ -1,8 +1,8 @@
-//! Which canned cycles there are.
+//! The kinds of canned cycles.
 
 use core::fmt::{self, Display, Formatter};
 
-/// Which cycle.
+/// The kind of a canned cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum CycleKind {

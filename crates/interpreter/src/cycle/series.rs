@@ -13,7 +13,7 @@ pub(crate) struct Series {
     /// G90 or G91. The words count from different places in these modes, so they are kept only for
     /// lines of the same mode.
     pub(crate) distance: Distance,
-    /// Where the tool's axis was before the series, machine coordinates: the level of G98.
+    /// The place of the tool's axis before the series, machine coordinates: the level of G98.
     pub(crate) initial: Coordinate,
     /// The R word, mm.
     pub(crate) r: Coordinate,

@@ -12,7 +12,7 @@ use leadscrew_planner::Coordinate;
 #[derive(Debug, Clone)]
 pub struct Strokes<const AXES: usize> {
     cycle: Cycle,
-    /// The travel of the cycle's line: it ends where the cycle ends.
+    /// The travel of the cycle's line: its end is the cycle's end.
     travel: Travel<AXES>,
     clearance: Coordinate,
     /// The end of the last stroke.
@@ -42,7 +42,7 @@ enum Stage {
     Dwell,
     StopSpindle,
     Back,
-    /// G85: from the R level to where the cycle ends.
+    /// G85: from the R level to the end of the cycle.
     Rise,
     StartSpindle,
     End,

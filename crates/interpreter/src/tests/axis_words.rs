@@ -137,7 +137,7 @@ fn g53_takes_the_words_for_g0_and_g1_and_has_nothing_to_do_without_words() {
     }
 }
 
-/// As LinuxCNC documents G49: it has no axis words. Grbl ignores words beside it; that stays where
+/// As LinuxCNC documents G49: it has no axis words. Grbl ignores words beside it; that stays if
 /// no other word of the line says what they are for.
 #[test]
 fn g49_leaves_the_axis_words_to_whoever_takes_them() {

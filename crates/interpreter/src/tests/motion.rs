@@ -1,4 +1,4 @@
-//! Where lines lead: units, distance modes, machine coordinates, arcs, probes.
+//! The targets of lines: units, distance modes, machine coordinates, arcs, probes.
 
 use super::Bench;
 use crate::{AxisKind, Feed};

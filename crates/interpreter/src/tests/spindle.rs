@@ -1,4 +1,4 @@
-//! Spindle, laser and coolant: where a line makes a command of its own for them, and where its
+//! Spindle, laser and coolant: when a line makes a command of its own for them, and when its
 //! motion carries the power.
 
 use super::Bench;

@@ -257,7 +257,7 @@ fn motion_to_a_number_beyond_all_numbers_is_refused_wherever_it_begins() {
     }
 }
 
-/// As in Grbl, where a target may be as far away as it likes: the alarm is the answer.
+/// As in Grbl, a target may be as far away as it likes: the alarm is the answer.
 #[test]
 fn with_soft_limits_a_target_beyond_reach_is_taken_and_lies_outside_every_travel() {
     for (line, sign) in [
