@@ -183,7 +183,7 @@ impl CheckReport {
         )
     }
 
-    /// The findings as a JSON object.
+    /// Returns the findings as a JSON object.
     pub fn json(&self) -> impl Serialize + '_ {
         CheckJson {
             version: JSON_VERSION,

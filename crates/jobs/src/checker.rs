@@ -65,7 +65,7 @@ enum LineFaultKind {
     Unanswered,
 }
 
-/// How a move goes to its target.
+/// The way of a move to its target.
 enum Way<'a> {
     Straight,
     /// It ends on its way, where the probe touches.
@@ -107,16 +107,17 @@ pub trait Follow {
     fn preamble(&self, ask: &Ask) -> Result<Vec<String>, RestError>;
     /// The line whose arc, canned cycle or probe the next line goes on with, if it names no motion.
     fn motion_line(&self) -> Option<u64>;
-    /// Where the zero of X, Y and Z is by the program so far, machine position, mm.
+    /// The place of the zero of X, Y and Z by the program so far, machine position, mm.
     fn zero(&self) -> [f32; 3];
-    /// What a program may know of the machine after the line checked last. A probe has touched at
-    /// the end of its way, unless [`Follow::end_probe`] tells where.
+    /// Returns what a program may know of the machine after the line checked last. A probe has
+    /// touched at the end of its way, unless [`Follow::end_probe`] tells the place.
     fn world(&self) -> &dyn World;
-    /// Takes over where a probe has really ended, machine coordinates, mm, and whether it touched.
+    /// Takes over the place at which a probe has really ended, machine coordinates, mm, and whether
+    /// it touched.
     fn end_probe(&mut self, at: &[f32], touched: bool);
 }
 
-/// What will come of a line that the machine has not taken yet.
+/// The foreseen outcome of a line that the machine has not taken yet.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Foreseen {
     /// The machine takes it, or leaves it unanswered.
@@ -173,7 +174,7 @@ struct Checker<const AXES: usize> {
     spans: Spans<AXES>,
     /// The carriages whose places are known.
     carriages: [Option<Carriage>; AXES],
-    /// Where the machine's file says that carriages can go.
+    /// The travel that the machine's file gives the carriages.
     rooms: Vec<Option<Room>>,
     /// Axes that the program has homed: their places are known.
     homed: AxisMask,

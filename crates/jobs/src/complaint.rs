@@ -18,7 +18,8 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// Why a line of a job was refused, why the machine stopped at it, or what is odd about it.
+/// The reason why a line of a job was refused, why the machine stopped at it, or what is odd about
+/// it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Fault {
     /// `error:N`.
@@ -40,7 +41,7 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// The name of a remark in JSON.
+    /// Returns the name of a remark in JSON.
     pub fn name(self) -> &'static str {
         match self {
             Self::Remark(remark) => remark.name(),
@@ -73,7 +74,7 @@ impl Fault {
         }
     }
 
-    /// The short text.
+    /// Returns the short text.
     pub fn message(self) -> &'static str {
         match self {
             Self::TooLong => "the move has more steps than can be counted",
@@ -116,8 +117,8 @@ impl Fault {
     }
 }
 
-/// The errors and alarms of all machines, for a page: the spelling, and for each the short text and
-/// the remedy.
+/// Returns the errors and alarms of all machines, for a page: the spelling, and for each the short
+/// text and the remedy.
 pub fn faults() -> BTreeMap<String, [&'static str; 2]> {
     let own = |number| {
         [
@@ -185,7 +186,7 @@ impl fmt::Display for Complaint {
 }
 
 impl Complaint {
-    /// A fault in a line of a file; `byte` is its place in the line.
+    /// Makes a fault in a line of a file; `byte` is its place in the line.
     pub fn new(file: &str, line: u64, byte: Option<usize>, fault: Fault, text: &[u8]) -> Self {
         Self {
             file: file.to_owned(),
@@ -220,7 +221,7 @@ impl Complaint {
         }
     }
 
-    /// The complaint as an annotation that GitHub's workflows show beside the line.
+    /// Returns the complaint as an annotation that GitHub's workflows show beside the line.
     pub fn annotation(&self) -> String {
         let level = if self.fault.is_remark() {
             "warning"
@@ -239,7 +240,7 @@ impl Complaint {
         format!("::{level} file={file},line={line}{column},title={title}::{message}")
     }
 
-    /// The text from the column on; empty if the fault has no place.
+    /// Returns the text from the column on; empty if the fault has no place.
     pub fn from_column(&self) -> &str {
         let begin = self
             .column
@@ -248,7 +249,8 @@ impl Complaint {
         rest.unwrap_or_default()
     }
 
-    /// The user's remedy for the fault. The lines of a machine file stand each on a line of its own.
+    /// Returns the user's remedy for the fault. The lines of a machine file stand each on a line of
+    /// its own.
     pub fn remedy(&self) -> &'static str {
         let own = match self.fault {
             Fault::Error(status) => remedy(status, self.from_column()),

@@ -23,8 +23,8 @@ pub enum Foreign {
 }
 
 impl Foreign {
-    /// The kind of a file with these first bytes, 4096 at least unless it is shorter; `None` for
-    /// G-code.
+    /// Returns the kind of a file with these first bytes, 4096 at least unless it is shorter;
+    /// `None` for G-code.
     pub fn of(head: &[u8]) -> Option<Self> {
         kind(&String::from_utf8_lossy(head))
     }
@@ -85,7 +85,7 @@ fn board(text: &str, machine: &Machine, faulty: impl Fn(Faults) -> String) -> Re
 /// Z between holes if neither an option nor the machine file gives it.
 const CLEARANCE: Mm = Mm::from_nanos(2_000_000_000);
 
-/// How a board is drilled by the machine file; depth and feed may be told in its place.
+/// Returns how a board is drilled by the machine file; depth and feed may be told in its place.
 ///
 /// # Errors
 /// In words, if a depth or a feed is neither told nor in the file.
@@ -118,7 +118,7 @@ pub fn board_options(
     })
 }
 
-/// How fast a machine drills.
+/// Returns how fast a machine drills.
 pub fn board_speeds(machine: &Machine) -> Speeds {
     let of = |setting| {
         let all = machine.of_axes(setting);
@@ -149,14 +149,15 @@ fn home_of(machine: &Machine) -> Option<[Mm; 3]> {
     Some([x, y, z])
 }
 
-/// The text of a file, with all lines ended by LF and without a byte order mark.
+/// Returns the text of a file, with all lines ended by LF and without a byte order mark.
 pub fn unix_lines(bytes: &[u8]) -> String {
     let text = String::from_utf8_lossy(bytes);
     let text = text.trim_start_matches('\u{FEFF}');
     text.replace("\r\n", "\n").replace('\r', "\n")
 }
 
-/// The kind of a file with these first bytes, if it is a drawing or a text that no machine follows.
+/// Returns the kind of a file with these first bytes, if it is a drawing or a text that no machine
+/// follows.
 pub fn drawing(head: &[u8]) -> Option<&'static str> {
     let text = String::from_utf8_lossy(head);
     let text = text.trim_start_matches('\u{FEFF}').trim_start();

@@ -10,11 +10,11 @@ const LONGEST: f64 = 65_535.0 * 8.0 / 16e6;
 /// Adds up how much sooner Grbl's timer makes the steps of a job than they are asked for.
 #[derive(Debug, Default)]
 pub(crate) struct GrblTimer {
-    /// When the segment under way was taken, and how many steps end in it.
+    /// The time at which the segment under way was taken, and the number of steps that end in it.
     under_way: Option<(Cycle, u32)>,
     /// The time since the last end of a step, s.
     since: f64,
-    /// How much sooner so far, s.
+    /// The time by which Grbl's timer is sooner so far, s.
     pub(crate) sooner: f64,
 }
 

@@ -19,7 +19,7 @@ pub struct Extent {
     pub(crate) max: f64,
 }
 
-/// The box between two corners.
+/// Returns the box between two corners.
 pub fn extents([low, high]: [[f64; 3]; 2]) -> Extents {
     let ends = low
         .into_iter()
@@ -40,7 +40,7 @@ pub struct JsonError<'a> {
     text: &'a str,
 }
 
-/// An error as JSON.
+/// Returns an error as JSON.
 pub fn error_json(complaint: &Complaint) -> JsonError<'_> {
     JsonError {
         line: complaint.line,
@@ -64,7 +64,7 @@ pub struct JsonWarning<'a> {
     text: &'a str,
 }
 
-/// A warning as JSON.
+/// Returns a warning as JSON.
 pub fn warning_json(complaint: &Complaint) -> JsonWarning<'_> {
     JsonWarning {
         line: complaint.line,

@@ -1,5 +1,5 @@
-//! How a job ends, and what it waits for on its way: one account for the command line, JSON and
-//! Python. The page says the same words (`web/life.js` of `leadscrew-page`).
+//! The end of a job, and the things that it waits for on its way: one account for the command line,
+//! JSON and Python. The page says the same words (`web/life.js` of `leadscrew-page`).
 
 use crate::complaint::Fault;
 use schemars::JsonSchema;
@@ -65,7 +65,7 @@ pub enum End {
 }
 
 impl End {
-    /// The end in a few words.
+    /// Returns the end in a few words.
     pub fn words(self) -> String {
         match self {
             Self::Done { refused: 0, .. } => "done".to_owned(),
@@ -75,7 +75,7 @@ impl End {
         }
     }
 
-    /// The end for JSON.
+    /// Returns the end for JSON.
     pub fn json(self) -> JsonEnd {
         let (at, by, line) = match self {
             Self::Done { line, .. } => ("done", None, line),

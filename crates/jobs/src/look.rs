@@ -53,12 +53,12 @@ pub enum Finding {
     /// The plain lines of a program without an error, for whoever sends it: JSON with `lines`, and
     /// `numbers`, the line of the file of each; or with `refused`, the words why there are none.
     Plain(String),
-    /// How much of the job has been timed, percent.
+    /// The share of the job that has been timed, percent.
     Progress(u8),
     /// The output of `leadscrew profile --json`. With `course`: lines and seconds in the order of time,
     /// line 0 at rest.
     Profile(String),
-    /// What brings the machine to where the job stands at a line: JSON with the lines, `preamble`;
+    /// The way to the place at which the job stands at a line: JSON with the lines, `preamble`;
     /// or with `refused`, the words why the job cannot be begun there; and `resume`, what was asked.
     Rest(String),
 }
@@ -141,7 +141,7 @@ impl Workshop {
         Ok(Some((job, told)))
     }
 
-    /// What pages are told of the rest of a job.
+    /// Returns what pages are told of the rest of a job.
     fn rest(&self, job: &Job, resume: &Resume) -> String {
         let machine = Machine::from_listing(&job.settings, self.whole.clone());
         let mut told = match rest_of(&machine, &job.name, &job.text[..], &resume.ask()) {
@@ -216,7 +216,7 @@ struct Checked {
     is_program: bool,
 }
 
-/// Follows a job from where its zero is; returns that place too, mm.
+/// Follows a job from the place of its zero; returns that place too, mm.
 fn follow_job(job: &Job, machine: &Machine) -> io::Result<(Box<dyn Follow>, [f32; 3])> {
     let mut checker = follow(&job.name, machine);
     // A machine without homing does not know where its travel ends.
@@ -232,7 +232,7 @@ fn follow_job(job: &Job, machine: &Machine) -> io::Result<(Box<dyn Follow>, [f32
     Ok((checker, origin))
 }
 
-/// What pages are told of a program's plain lines.
+/// Returns what pages are told of a program's plain lines.
 fn plain_lines(job: &Job, machine: &Machine) -> String {
     let told = match run_through(job, machine) {
         Ok((lines, numbers)) => json!({"lines": lines, "numbers": numbers}),

@@ -36,7 +36,7 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// The machine of `file`, with `lines` of settings put into effect one after the other.
+    /// Returns the machine of `file`, with `lines` of settings put into effect one after the other.
     ///
     /// # Errors
     /// The first line that is refused, with its origin and GRBL's words for the refusal.
@@ -56,7 +56,7 @@ impl Machine {
         Self::of(file, settings)
     }
 
-    /// The rule that tells which feed moves are cuts.
+    /// Returns the rule that tells which feed moves are cuts.
     pub fn tooling(&self) -> Tooling {
         self.file.tooling()
     }
@@ -73,13 +73,13 @@ impl Machine {
         }
     }
 
-    /// The same machine with other settings.
+    /// Returns the same machine with other settings.
     pub fn with(&self, settings: &Settings<MOST_AXES>) -> Self {
         Self::of(self.file.clone(), settings.clone())
     }
 
-    /// The same machine with Grbl in place of this firmware: 15 moves planned ahead, 128 bytes of
-    /// buffer, Grbl's corner rule, no rows, and none of the settings that Grbl lacks.
+    /// Returns the same machine with Grbl in place of this firmware: 15 moves planned ahead, 128
+    /// bytes of buffer, Grbl's corner rule, no rows, and none of the settings that Grbl lacks.
     pub fn as_grbl(&self) -> Self {
         let mut file = self.file.clone();
         (file.look_ahead, file.receive_buffer) = (Some(LookAhead(15)), Some(BufferSize(128)));
@@ -103,17 +103,18 @@ impl Machine {
         }
     }
 
-    /// The number of its axes.
+    /// Returns the number of its axes.
     pub fn axes(&self) -> usize {
         self.file.axis_count()
     }
 
-    /// Its settings as the first settings of a new machine. They live as long as the process.
+    /// Returns its settings as the first settings of a new machine. They live as long as the
+    /// process.
     pub fn first(&self) -> &'static [Entry] {
         self.first
     }
 
-    /// Its build, with which it boots with these settings.
+    /// Returns its build, with which it boots with these settings.
     pub fn config<const AXES: usize>(&self) -> MachineConfig<AXES> {
         MachineConfig {
             defaults: self.first,
@@ -121,14 +122,14 @@ impl Machine {
         }
     }
 
-    /// The ends of each axis's travel, machine position.
+    /// Returns the ends of each axis's travel, machine position.
     pub fn bounds(&self) -> Vec<Bounds> {
         let scales = self.settings.axes(AxisSetting::StepsPerMm);
         let reach = scales.map(|scale| StepsPerMm::from_nanos(scale.nanos()).coordinate(1 << 30));
         home::bounds(&self.settings, &reach)[..self.axes()].to_vec()
     }
 
-    /// The values of an axis setting, one for each axis.
+    /// Returns the values of an axis setting, one for each axis.
     pub fn of_axes(&self, setting: AxisSetting) -> Vec<f64> {
         let all = self.settings.axes(setting);
         all[..self.axes()].iter().copied().map(plain).collect()
@@ -223,8 +224,8 @@ pub(crate) fn instead<const AXES: usize>(
     })
 }
 
-/// A sentence for each rate and acceleration that asks for more than the board can make; it names
-/// the value that is reached.
+/// Returns a sentence for each rate and acceleration that asks for more than the board can make; it
+/// names the value that is reached.
 pub fn capped(machine: &Machine) -> Vec<String> {
     capped_rates(&machine.settings, machine.axes())
 }

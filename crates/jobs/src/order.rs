@@ -22,7 +22,7 @@ pub struct Job {
     /// The speed of its line, baud, if the machine has Grbl in place of this firmware: its times are
     /// then Grbl's.
     pub grbl: Option<NonZeroU32>,
-    /// Where the job is to be begun, if only the way there is asked for.
+    /// The place at which the job is to be begun, if only the way there is asked for.
     pub resume: Option<Resume>,
     /// The surface by which the job is bent first.
     pub level: Option<Level>,
@@ -33,21 +33,21 @@ pub struct Job {
 pub struct Level {
     /// Its heights, `X,Y,Z` in each line, work coordinates, mm.
     pub heights: String,
-    /// How far a piece may be from the surface or from its arc, mm.
+    /// The greatest distance of a piece from the surface or from its arc, mm.
     pub tolerance: f64,
 }
 
-/// Where a job is begun that was broken off, as [`Ask`] has it in exact numbers.
+/// The place at which a job is begun that was broken off, as [`Ask`] has it in exact numbers.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Resume {
     /// The first line that is run, from 1.
     pub line: u64,
-    /// How high the tool goes on its way there, Z in work coordinates, mm; without it, as high as
-    /// the job has been.
+    /// The height at which the tool goes on its way there, Z in work coordinates, mm; without it,
+    /// as high as the job has been.
     pub clearance: Option<f64>,
     /// The time for the spindle to speed up, s.
     pub spin_up: f64,
-    /// Where the job began, in work coordinates, mm.
+    /// The place at which the job began, in work coordinates, mm.
     pub start: Option<[f64; 3]>,
 }
 
@@ -61,7 +61,7 @@ impl Job {
         Some(Self { text, ..job })
     }
 
-    /// A line of JSON, and the text.
+    /// Returns a line of JSON, and the text.
     pub fn packed(&self) -> Vec<u8> {
         let header = serde_json::to_vec(self).unwrap_or_default();
         [&header, &b"\n"[..], &self.text].concat()

@@ -1,4 +1,4 @@
-//! How the time of a job is spent, and which settings would make it faster.
+//! The use of a job's time, and the settings that would make it faster.
 
 use crate::complaint::Complaint;
 use crate::json::{error_json, JsonError, JSON_VERSION};
@@ -20,8 +20,8 @@ use std::fmt;
 /// Limits that are listed one by one; the others are added up.
 const LISTED: usize = 12;
 
-/// The same machine without the laser's lead. The lead does not change motion; without it, power is
-/// shown at its place on the path.
+/// Returns the same machine without the laser's lead. The lead does not change motion; without it,
+/// power is shown at its place on the path.
 pub fn without_lead(chosen: &Chosen) -> Chosen {
     let mut settings = chosen.settings.clone();
     settings.load(Entry {
@@ -31,7 +31,7 @@ pub fn without_lead(chosen: &Chosen) -> Chosen {
     chosen.with(&settings)
 }
 
-/// The data of the machine from which limits are found.
+/// Returns the data of the machine from which limits are found.
 pub fn limits_of(chosen: &Chosen) -> Machine {
     let pulse = chosen.settings.whole(Setting::StepPulse);
     let pulse_us = u8::try_from(pulse).unwrap_or(u8::MAX);
@@ -71,7 +71,7 @@ pub struct ProfileReport {
     alarm: Option<Complaint>,
     end: End,
     waits: Vec<Wait>,
-    /// When the first byte came: the start of the job's time.
+    /// The time at which the first byte came: the start of the job's time.
     pub begin: Cycle,
     /// The job's time from `begin`, cycles.
     pub job_cycles: u64,
@@ -84,7 +84,7 @@ pub struct ProfileReport {
 }
 
 impl ProfileReport {
-    /// The result of a job called `file`, on a machine whose axes have these letters.
+    /// Returns the result of a job called `file`, on a machine whose axes have these letters.
     /// `keeps`: the recorder kept the stretches, for a picture, a table or the times of the lines.
     pub fn new(file: &str, letters: Vec<char>, done: Streamed<Recorder>, keeps: bool) -> Self {
         let begin = done.outcome.first_byte;
@@ -137,7 +137,7 @@ impl ProfileReport {
         cycles as f64 / self.job_cycles.max(1) as f64
     }
 
-    /// The report as JSON; `line_times` adds the time that each line moves the machine.
+    /// Returns the report as JSON; `line_times` adds the time that each line moves the machine.
     pub fn json(&self, line_times: bool) -> String {
         let share = |share: &Share| JsonShare {
             limit: share.limit.name(&self.letters),

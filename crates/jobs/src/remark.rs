@@ -52,7 +52,7 @@ pub enum Remark {
 }
 
 impl Remark {
-    /// The name in JSON.
+    /// Returns the name in JSON.
     pub fn name(self) -> &'static str {
         match self {
             Self::UnclosedComment => "unclosed_comment",
@@ -74,7 +74,7 @@ impl Remark {
         }
     }
 
-    /// The short text.
+    /// Returns the short text.
     pub fn message(self) -> &'static str {
         match self {
             Self::UnclosedComment => "a comment is not closed",
@@ -96,7 +96,7 @@ impl Remark {
         }
     }
 
-    /// The meaning of the remark.
+    /// Returns the meaning of the remark.
     pub fn explanation(self) -> &'static str {
         match self {
             Self::UnclosedComment => "All that follows the ( in this line is taken for comment.",
@@ -216,8 +216,8 @@ impl Remarks {
     }
 }
 
-/// True if a line has no comment, no byte that acts at once, and none that does not occur in
-/// G-code. All bytes are looked at together.
+/// Returns true if a line has no comment, no byte that acts at once, and none that does not occur
+/// in G-code. All bytes are looked at together.
 fn is_plain(raw: &[u8]) -> bool {
     raw.iter().fold(true, |plain, byte| {
         plain & matches!(byte, b' '..=b'z') & !matches!(byte, b'(' | b';' | b'?' | b'!')

@@ -10,7 +10,7 @@ use leadscrew_machine::protocol::status::Status;
 struct Remedy {
     /// The word: a letter, or a letter and the number of its code.
     word: &'static str,
-    /// What the word needs.
+    /// The text that says what the word needs.
     text: &'static str,
 }
 
@@ -76,7 +76,7 @@ const POLAR: &str = "Polar coordinates are not supported: write X and Y.";
 const UNSUPPORTED: &str = "This word is not supported. Leave it out, or choose the GRBL \
                            post-processor in the CAM program.";
 
-/// What helps against `error:20`. A word stands here if a machine file can teach it, or if many
+/// The remedies against `error:20`. A word stands here if a machine file can teach it, or if many
 /// files have it.
 const UNKNOWN: [Remedy; 42] = [
     Remedy { word: "A", text: A },

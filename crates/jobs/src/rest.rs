@@ -1,8 +1,8 @@
 //! The rest of a job: it begins with a line in the middle, on a machine that stands anywhere.
 //!
-//! The job is followed up to that line, as `check` does. A few lines then bring the machine to where
-//! an uninterrupted run would be: tool up, spindle and coolant on, over the place, down, modes. The
-//! job's own lines follow as they are.
+//! The job is followed up to that line, as `check` does. A few lines then bring the machine to the
+//! place at which an uninterrupted run would be: tool up, spindle and coolant on, over the place,
+//! down, modes. The job's own lines follow as they are.
 
 use crate::checker::{follow, names_motion, Ask, RestError};
 use crate::machine::Machine;

@@ -12,7 +12,7 @@ use leadscrew_files::WRITTEN_BY_HAND;
 use std::fmt;
 use std::path::Path;
 
-/// One line `$n=v`, ready to be sent, and where it came from.
+/// One line `$n=v`, ready to be sent, and its source.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct SettingLine {
     /// The line without description: `$n=v`.

@@ -41,7 +41,7 @@ const KEPT_ERRORS: usize = 100;
 /// Warnings that are kept, as many as `check` keeps.
 const KEPT_WARNINGS: usize = 10_000;
 
-/// How a job is streamed, and through which machine.
+/// The way in which a job is streamed, and the machine.
 pub struct Stream<'a> {
     /// The machine.
     pub machine: &'a Machine,
@@ -90,7 +90,7 @@ pub struct Streamed<O> {
     pub warnings: Vec<Complaint>,
     /// The number of likely mistakes.
     pub warning_count: u64,
-    /// How the job ended.
+    /// The end of the job.
     pub end: End,
     /// The lines at which the program waited for its operator (M0, M6); somebody went on at once.
     pub waits: Vec<Wait>,
@@ -213,8 +213,8 @@ impl Stream<'_> {
     }
 }
 
-/// True if a job shows in its first bytes that it is a program: it may read where the machine is,
-/// which a checker knows.
+/// Returns true if a job shows in its first bytes that it is a program: it may read where the
+/// machine is, which a checker knows.
 fn begins_as_program(head: &[u8]) -> bool {
     head.split(|byte| matches!(byte, b'\n' | b'\r'))
         .any(is_program)
@@ -322,8 +322,8 @@ pub struct Counted {
 }
 
 impl Counted {
-    /// The line of the file that the machine counts as its line `number`; `None` if there is
-    /// none.
+    /// Returns the line of the file that the machine counts as its line `number`; `None` if there
+    /// is none.
     pub fn line(&self, number: u32) -> Option<u64> {
         let index = usize::try_from(number).ok()?.checked_sub(1)?;
         self.lines.get(index).copied()
@@ -344,7 +344,7 @@ impl Counted {
 #[derive(Default)]
 struct Sizes {
     tools: ToolSizes,
-    /// Lines sent.
+    /// The number of lines that have been sent.
     sent: usize,
     /// Each size, with the number of lines that were sent before it came into use.
     changes: Vec<(usize, f32)>,

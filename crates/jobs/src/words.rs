@@ -5,7 +5,7 @@ use crate::time::Time;
 use leadscrew_sim::profile::Profile;
 use leadscrew_sim::Fixtures;
 
-/// A job's name without its folders, for a picture.
+/// Returns a job's name without its folders, for a picture.
 pub fn title(file: &str) -> String {
     let name = std::path::Path::new(file).file_name();
     name.map_or_else(
@@ -14,7 +14,7 @@ pub fn title(file: &str) -> String {
     )
 }
 
-/// What the tool of the machine of a file does to the material.
+/// Returns what the tool of the machine of a file does to the material.
 pub fn work(file: &Profile) -> &'static str {
     match file.tooling().extruder {
         Some(_) => "extruded",
@@ -22,7 +22,7 @@ pub fn work(file: &Profile) -> &'static str {
     }
 }
 
-/// A time as a person reads it: `83.512 s`, for long times with hours and minutes added.
+/// Returns a time as a person reads it: `83.512 s`, for long times with hours and minutes added.
 pub fn duration(seconds: f64) -> String {
     let whole = seconds as u64;
     match (whole / 3600, whole / 60 % 60, whole % 60) {
@@ -54,7 +54,8 @@ const NAMED_PAUSES: usize = 8;
 /// A note for [`pauses`]: nobody is there to end a pause.
 const RESUMED: &str = ", resumed at once: the time is without them";
 
-/// How often a program pauses for its operator, and at which lines; `note` follows the number.
+/// Returns how often a program pauses for its operator, and at which lines; `note` follows the
+/// number.
 pub fn pauses(lines: &[u64], note: &str) -> String {
     let named = lines.iter().take(NAMED_PAUSES).map(u64::to_string);
     let (count, places) = (lines.len(), named.collect::<Vec<_>>().join(", "));

@@ -1,5 +1,5 @@
-//! What a check says about a program that the machine would take: likely mistakes with the laser,
-//! the spindle and the feed, and places that the machine cannot reach.
+//! The complaints of a check about a program that the machine would take: likely mistakes with the
+//! laser, the spindle and the feed, and places that the machine cannot reach.
 
 use leadscrew_jobs::{follow, read_through, settings_file, Machine};
 use leadscrew_sim::profile::Profile;

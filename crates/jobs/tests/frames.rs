@@ -1,4 +1,4 @@
-//! What a run says when the carriage of its machine would leave the frame.
+//! The complaint of a run when the carriage of its machine would leave the frame.
 
 use leadscrew_jobs::{Machine, Stream};
 use leadscrew_sim::link::Rate;

@@ -26,10 +26,10 @@ fn programs() -> Vec<PathBuf> {
     programs
 }
 
-/// How much longer a program takes here than it took Grbl, as shares of Grbl's time: from the first
-/// step to the last one; and half-way between that and the time from start to rest. Grbl makes pieces
-/// of 10 ms at constant speed, so its first step comes sooner after the start than ours, and its last
-/// one longer before the rest.
+/// Returns how much longer a program takes here than it took Grbl, as shares of Grbl's time: from
+/// the first step to the last one; and half-way between that and the time from start to rest. Grbl
+/// makes pieces of 10 ms at constant speed, so its first step comes sooner after the start than
+/// ours, and its last one longer before the rest.
 fn difference(program: &Path) -> [f64; 2] {
     let recording = fs::read_to_string(program.with_extension("json")).unwrap();
     let grbl: Value = serde_json::from_str(&recording).unwrap();

@@ -68,8 +68,8 @@ impl Host for Sender {
     }
 }
 
-/// How far the tool is from its depth below the plate, at each step of X or Y that it makes below
-/// the plate.
+/// The distance of the tool from its depth below the plate, at each step of X or Y that it makes
+/// below the plate.
 struct Depths {
     depth: f64,
     steps: [i64; 3],

@@ -1,4 +1,4 @@
-//! What owners ask for beyond Grbl, in a machine file: what a check, a run and a time say of it.
+//! The wishes of owners beyond Grbl, in a machine file: what a check, a run and a time say of it.
 
 use leadscrew_jobs::{follow, time, Machine, Stream};
 use leadscrew_sim::link::Rate;
@@ -23,7 +23,7 @@ fn check(file: &str, text: &str) -> Vec<String> {
     faults
 }
 
-/// How a run ends.
+/// Returns how a run ends.
 fn run(file: &str, text: &str) -> String {
     let machine = machine(file);
     let stream = Stream {
@@ -44,7 +44,7 @@ fn run(file: &str, text: &str) -> String {
         .words()
 }
 
-/// A router whose Z has its switch at the top, 40 mm above where it stands; `z` is more of Z.
+/// A router whose Z has its switch at the top, 40 mm above its place; `z` is more of Z.
 fn router(z: &str) -> String {
     format!(
         "[bounds]\nhard = true\nsoft = true\n[homing]\non = true\norder = [\"z\"]\nseek_mm_min = 3000\n\

@@ -13,7 +13,7 @@ fn machine(file: &str) -> Machine {
     Machine::new(Profile::parse(Path::new("test.toml"), file).unwrap(), &[]).unwrap()
 }
 
-/// What a check says, as JSON and as text.
+/// Returns what a check says, as JSON and as text.
 fn check(text: &str) -> (Value, String) {
     let mut checker = follow("job.ngc", &machine(""));
     let report = read_through(&mut *checker, "job.ngc", text.as_bytes(), |_| {}).unwrap();

@@ -39,7 +39,7 @@ fn rest(job: &str, settings: &[&str], ask: &Ask) -> Result<Rest, RestError> {
     rest_of(&machine(settings), "job.nc", job.as_bytes(), ask).unwrap()
 }
 
-/// What the machine says after the lines: the reports after each of the marked ones.
+/// Returns what the machine says after the lines: the reports after each of the marked ones.
 fn told(settings: &[&str], lines: &[(String, bool)]) -> Vec<Vec<String>> {
     let mut ops = vec!["(boot)".to_owned(), "send $10=1\\n".to_owned()];
     ops.extend(
@@ -92,8 +92,8 @@ fn told(settings: &[&str], lines: &[(String, bool)]) -> Vec<Vec<String>> {
     asked.into_iter().map(of).collect()
 }
 
-/// What is in force before a job: nothing, or zeros that it does not set itself. The start is that
-/// of a job that counts from there: machine position 0.
+/// The offsets in force before a job: nothing, or zeros that it does not set itself. The start is
+/// that of a job that counts from there: machine position 0.
 #[derive(Clone, Copy)]
 struct Before {
     lines: &'static [&'static str],
@@ -120,7 +120,7 @@ fn compare(job: &str, settings: &[&str]) {
     }
 }
 
-/// As [`compare`], for a job that counts from where it begins.
+/// As [`compare`], for a job that counts from the place at which it begins.
 fn compare_from_start(job: &str, settings: &[&str]) {
     for before in [NOTHING, SHIFTED, ALL] {
         let start = before

@@ -1,5 +1,5 @@
 //! Arcs: whether they stay in the travel, and how far they go. They are cut into chords only for a
-//! picture, and where they leave the travel.
+//! picture, and when they leave the travel.
 
 use super::{mm, Checker, Finding};
 use leadscrew_machine::interpreter::{ArcShape, Travel, Turn};

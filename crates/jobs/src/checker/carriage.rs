@@ -1,4 +1,4 @@
-//! Where the carriages of a simulated machine come to an end. Its file says where they stand at
+//! The ends of the travel of a simulated machine's carriages. Its file says where they stand at
 //! power-up and where the switches are; a real machine's place is not known.
 
 use super::{Checker, Finding, LineFaultKind};

@@ -1,5 +1,5 @@
-//! What can be known about a program's place on the machine without running it: its extent, the
-//! axes that it homes, and the home switches.
+//! The facts that can be known about a program's place on the machine without running it: its
+//! extent, the axes that it homes, and the home switches.
 
 use super::{Checker, Finding, LineFaultKind};
 use crate::remark::Remark;
@@ -89,8 +89,8 @@ impl<const AXES: usize> Checker<AXES> {
         Err((LineFaultKind::CannotFit, Some(detail)))
     }
 
-    /// True if the travel of an axis is known. Grbl's own value says nothing on a machine that does
-    /// not home: nobody has to set it there.
+    /// Returns true if the travel of an axis is known. Grbl's own value says nothing on a machine
+    /// that does not home: nobody has to set it there.
     fn knows_travel(&self, axis: usize) -> bool {
         let travel = self.settings.axes(AxisSetting::Travel)[axis];
         let is_set = travel != AxisSetting::Travel.row().default;

@@ -1,4 +1,4 @@
-//! What a program may read of the machine that a checker follows.
+//! The values that a program may read of the machine that a checker follows.
 
 use super::Checker;
 use leadscrew_machine::extension::Known;
@@ -8,7 +8,7 @@ use leadscrew_program::{Item, Value, World};
 /// The end of the last probe.
 #[derive(Clone, Copy)]
 pub(super) struct Probed<const AXES: usize> {
-    /// Machine position.
+    /// The place of the end, machine position.
     pub(super) at: [Coordinate; AXES],
     pub(super) touched: bool,
 }
@@ -27,7 +27,7 @@ impl<const AXES: usize> World for Checker<AXES> {
 }
 
 impl<const AXES: usize> Checker<AXES> {
-    /// Takes over where a probe has ended, machine coordinates, mm.
+    /// Takes over the place at which a probe has ended, machine coordinates, mm.
     pub(super) fn end_probe(&mut self, at: &[f32], touched: bool) {
         let mut place = *self.interpreter.position();
         for (place, at) in place.iter_mut().zip(at) {

@@ -11,7 +11,7 @@ use leadscrew_stepper::MAX_STEP_EVENTS;
 /// Lengths that follow from the settings, for each axis.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Measures<const AXES: usize> {
-    /// Steps/mm.
+    /// The steps/mm of each axis.
     pub(super) scales: [StepsPerMm; AXES],
     /// The farthest coordinates whose steps can be counted: the machine itself has the same limits.
     pub(super) reach: [Coordinate; AXES],
@@ -72,7 +72,7 @@ impl<const AXES: usize> Checker<AXES> {
         std::array::from_fn(|axis| scales[axis].steps(self.interpreter.position()[axis]))
     }
 
-    /// Moves the program's position to where the motors stand at these steps.
+    /// Moves the program's position to the place at which the motors stand at these steps.
     fn stand_at(&mut self, steps: [Option<i32>; AXES]) {
         if self.steps() == steps {
             return;

@@ -17,16 +17,16 @@ use std::fmt;
 pub struct Ask {
     /// The first line of the job that is run, from 1.
     pub line: u64,
-    /// How high the tool goes there, Z in work coordinates, mm; without it, as high as the job has
-    /// been.
+    /// The height at which the tool goes there, Z in work coordinates, mm; without it, as high as
+    /// the job has been.
     pub clearance: Option<Coordinate>,
-    /// How long the spindle is given to speed up, s. A beam needs no time.
+    /// The time that the spindle is given to speed up, s. A beam needs no time.
     pub spin_up: Number,
     /// The job's start, work coordinates (G54), mm; needed by a job that counts from there.
     pub start: Option<[Coordinate; 3]>,
 }
 
-/// Why a job cannot be begun at a line.
+/// The reason why a job cannot be begun at a line.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum RestError {
     /// The job has parameters, expressions or O words, whose values only its beginning sets.
@@ -37,7 +37,7 @@ pub enum RestError {
     Refused(String),
     /// The line goes on with an arc, a canned cycle or a probe, whose words stand in this line.
     GoesOn(u64),
-    /// An axis got its place from where the job began.
+    /// An axis got its place from the place at which the job began.
     FromStart {
         /// The axis's letter.
         axis: char,

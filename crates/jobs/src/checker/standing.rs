@@ -1,11 +1,12 @@
-//! How a program has come to its place: by which words each axis got its place, and what else
-//! the machine has been told. From this a program is begun in its middle ([`crate::rest`]).
+//! The way in which a program has come to its place: by which words each axis got its place, and
+//! what else the machine has been told. From this a program is begun in its middle
+//! ([`crate::rest`]).
 //!
 //! ```text
 //!   G0 X5       work coordinates of G54: any machine finds X5 again
 //!   G53 X-5     machine coordinates
 //!   G28         the stored place
-//!   G38.2 X9    lost: only that machine knows where the probe stopped
+//!   G38.2 X9    lost: only that machine knows the probe's place
 //! ```
 
 use leadscrew_gcode::{words, Letter, Number, Word};
@@ -34,11 +35,11 @@ pub(super) enum Frame {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Loss {
     pub(super) line: u64,
-    /// It counts from where the program began.
+    /// It counts from the place at which the program began.
     pub(super) from_start: bool,
 }
 
-/// How a program has come to its place.
+/// The way in which a program has come to its place.
 pub(super) struct Standing<const AXES: usize> {
     pub(super) frames: [Frame; AXES],
     /// Axes whose G92 offset counts from a place that is not known.
@@ -51,11 +52,11 @@ pub(super) struct Standing<const AXES: usize> {
     pub(super) tool: Option<Number>,
     /// The last line that named its motion.
     pub(super) motion_line: u64,
-    /// What the program sets itself; the rest is as it was before the program.
+    /// The zeros that the program sets itself; the rest are as it was before the program.
     pub(super) sets: Sets,
 }
 
-/// Which of the zeros that a machine keeps between programs a program sets itself.
+/// The zeros that a machine keeps between programs: says which of them a program sets itself.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Sets {
     /// It names a work system.

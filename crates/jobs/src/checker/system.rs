@@ -80,8 +80,8 @@ impl<const AXES: usize> Checker<AXES> {
         SystemCommand::parse(line, &now)
     }
 
-    /// True if the machine refuses the command in motion. A setting does not count here, because it
-    /// has a remark of its own.
+    /// Returns true if the machine refuses the command in motion. A setting does not count here,
+    /// because it has a remark of its own.
     fn needs_rest(&self, command: &SystemCommand<'_>, line: &[u8]) -> bool {
         match command {
             SystemCommand::Set { .. } => false,

@@ -26,7 +26,7 @@ pub(super) struct Complaints {
     pub(super) errors: Vec<Complaint>,
     pub(super) count: u64,
     pub(super) alarm: Option<Complaint>,
-    /// What stopped the job, and at which line.
+    /// The cause that stopped the job, and the line.
     pub(super) stopped: Option<(Cause, u64)>,
     /// The line that was answered last.
     pub(super) last: u64,
@@ -85,7 +85,7 @@ impl Complaints {
         Complaint::new(&self.file, line, byte, fault, text)
     }
 
-    /// How the job ended, once all is over.
+    /// Returns how the job ended, once all is over.
     pub(super) fn end(&self) -> End {
         match self.stopped {
             Some((by, line)) => End::Stopped { by, line },
@@ -213,7 +213,7 @@ impl Replies for Complaints {
         match foreseen {
             Foreseen::Crash(complaint) if self.knows_place => self.crash(complaint),
             Foreseen::Refused if !self.keep_going => Then::Await,
-            // Where it ends decides what comes of the lines behind it.
+            // Its end decides what comes of the lines behind it.
             Foreseen::Taken if self.knows_place && probes(line) => Then::Await,
             Foreseen::Taken | Foreseen::Refused | Foreseen::Crash(_) => Then::GoOn,
         }
@@ -258,7 +258,8 @@ fn probes(line: &[u8]) -> bool {
     words.any(|word| word.trim_ascii_start().starts_with(b"38"))
 }
 
-/// Reads `[PRB:1.000,2.000,-3.000:1]`: where a probe has ended, and whether it has touched.
+/// Reads `[PRB:1.000,2.000,-3.000:1]`: the place at which a probe has ended, and whether it has
+/// touched.
 fn probe_end(said: &[u8]) -> Option<(Vec<f32>, bool)> {
     let said = std::str::from_utf8(said).ok()?;
     let (at, touched) = said
