@@ -153,7 +153,7 @@ impl<const AXES: usize> Default for Config<AXES> {
     }
 }
 
-/// Why there is no machine: what is wrong, where, and how to mend it.
+/// The reason why there is no machine: what is wrong, where, and how to mend it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum Error {

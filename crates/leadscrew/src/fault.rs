@@ -19,7 +19,7 @@ impl Fault {
     /// All faults, in the order of their numbers.
     pub(crate) const ALL: [Self; 4] = [Self::StepPin, Self::Laser, Self::Switch, Self::Output];
 
-    /// The text for the operator, 64 characters at most.
+    /// Returns the text for the operator, 64 characters at most.
     pub const fn text(self) -> &'static str {
         match self {
             Self::StepPin => "A step or direction pin failed: mend it, then power off and on",

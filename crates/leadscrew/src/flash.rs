@@ -105,7 +105,7 @@ impl<F: NorFlash> SettingsStore for Flash<F> {
     }
 }
 
-/// Why a range of a flash cannot keep settings.
+/// The reason why a range of a flash cannot keep settings.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum FlashError {

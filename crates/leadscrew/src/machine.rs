@@ -38,7 +38,7 @@ struct Link<'a, const MOTORS: usize> {
 /// After this many late ticks the operator is told.
 const LATE_TICKS: u32 = 16;
 
-/// What the operator is told then, 64 characters at most.
+/// The message to the operator in that case, 64 characters at most.
 const TICKS_ARE_LATE: &str = "Steps come late: give them the highest priority, or a lower rate";
 
 impl<'a, K, X, const AXES: usize, const MOTORS: usize> Machine<'a, K, AXES, MOTORS, X>
@@ -94,13 +94,15 @@ where
         self.link.words.bells.machine.is_rung()
     }
 
-    /// The part of the board that failed, if one did since power-up. Nothing moves any more.
+    /// Returns the part of the board that failed, if one did since power-up. Nothing moves any
+    /// more.
     pub fn fault(&self) -> Option<Fault> {
         self.link.words.fault()
     }
 
-    /// How many ticks came late since power-up: more than a few mean that the step interrupt is
-    /// kept waiting, or that the board is slower than `Config::with_steps_per_second` says.
+    /// Returns how many ticks came late since power-up: more than a few mean that the step
+    /// interrupt is kept waiting, or that the board is slower than `Config::with_steps_per_second`
+    /// says.
     pub fn late_ticks(&self) -> u32 {
         self.link.words.shared.late_ticks()
     }

@@ -75,7 +75,7 @@ pub struct Motion<'a, K, const AXES: usize, const MOTORS: usize> {
     fault: Option<MotionFault>,
 }
 
-/// What was asked for.
+/// The course that was asked for.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Course {
     Going,
@@ -203,7 +203,7 @@ impl<K: Kinematics<AXES, MOTORS>, const AXES: usize, const MOTORS: usize>
         self.status()
     }
 
-    /// What the motion does.
+    /// Returns what the motion does.
     pub fn status(&self) -> MotionStatus {
         match (self.fault, self.course) {
             (Some(fault), _) => MotionStatus::Failed(fault),
@@ -221,7 +221,7 @@ impl<K: Kinematics<AXES, MOTORS>, const AXES: usize, const MOTORS: usize>
         self.words.bells.machine.is_rung()
     }
 
-    /// The position of the axes, counted from steps, mm.
+    /// Returns the position of the axes, counted from steps, mm.
     pub fn position(&self) -> [f32; AXES] {
         let steps = self.words.shared.position();
         self.planner.axes_at(&steps).map(Coordinate::to_mm)
@@ -244,7 +244,7 @@ impl<K: Kinematics<AXES, MOTORS>, const AXES: usize, const MOTORS: usize>
         Ok(())
     }
 
-    /// The number of moves for which the queue has room.
+    /// Returns the number of moves for which the queue has room.
     pub fn room(&self) -> usize {
         self.planner.room()
     }
@@ -266,7 +266,7 @@ impl<K: Kinematics<AXES, MOTORS>, const AXES: usize, const MOTORS: usize>
     }
 
     /// Slows down on the path, and forgets all moves. The motion is idle then, and its position is
-    /// where it came to rest.
+    /// the place at which it came to rest.
     pub fn stop(&mut self) {
         self.hold();
         self.course = Course::Stopping;

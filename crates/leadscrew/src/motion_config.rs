@@ -6,7 +6,7 @@ use leadscrew_machine::board::PortConfig;
 use leadscrew_planner::{Config, ConfigError, Coordinate, StepsPerMm};
 use leadscrew_stepper::{MotorMask, Ticks};
 
-/// What a [`crate::Motion`] has to know of its machine.
+/// The facts that a [`crate::Motion`] has to know of its machine.
 ///
 /// ```
 /// use leadscrew::MotionConfig;
@@ -178,7 +178,7 @@ impl<const AXES: usize> Default for MotionConfig<AXES> {
     }
 }
 
-/// Why there is no motion: what is wrong, where, and how to mend it.
+/// The reason why there is no motion: what is wrong, where, and how to mend it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum MotionConfigError {

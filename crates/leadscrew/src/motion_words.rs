@@ -12,12 +12,12 @@ impl Speed {
     /// As fast as the axes allow.
     pub const RAPID: Self = Self(Feed::Rapid);
 
-    /// A speed in mm/s, above 0. On a rotary axis a millimetre is a degree.
+    /// Makes a speed in mm/s, above 0. On a rotary axis a millimetre is a degree.
     pub const fn mm_s(speed: f32) -> Self {
         Self(Feed::PerMinute(speed)) // which is in mm/s, as the planner has it
     }
 
-    /// A speed in mm/min, above 0.
+    /// Makes a speed in mm/min, above 0.
     pub const fn mm_min(speed: f32) -> Self {
         Self(Feed::PerMinute(speed / 60.0))
     }
@@ -32,7 +32,7 @@ pub enum Turn {
     CounterClockwise,
 }
 
-/// What a motion does.
+/// The state of a motion.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum MotionStatus {
@@ -79,7 +79,7 @@ impl fmt::Display for MotionFault {
 
 impl core::error::Error for MotionFault {}
 
-/// Why a move was refused; nothing has changed.
+/// The reason why a move was refused; nothing has changed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum MotionError {

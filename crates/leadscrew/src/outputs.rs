@@ -10,7 +10,7 @@ use leadscrew_stepper::Power;
 /// The slow outputs under a machine. Called by the main loop, never waiting. [`Outputs`] implements
 /// it for pins; implement it yourself for a spindle on a bus, or for drivers with registers.
 pub trait Actuators {
-    /// Why an output cannot be set: the machine then stops and is locked.
+    /// The reason why an output cannot be set: the machine then stops and is locked.
     type Error: core::fmt::Debug;
 
     /// Makes the step interrupt come at once, by `NVIC::pend` or the like.
@@ -124,7 +124,7 @@ impl<F, P, W> Outputs<F, P, W> {
     }
 }
 
-/// Why an output of [`Outputs`] cannot be set.
+/// The reason why an output of [`Outputs`] cannot be set.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum OutputError<P, W> {

@@ -1,4 +1,4 @@
-//! What the step interrupt needs of a board, beyond pins.
+//! The functions that the step interrupt needs of a board, beyond pins.
 
 use crate::words::Pulse;
 use leadscrew_stepper::StepPort;

@@ -238,7 +238,7 @@ impl Speaker<'_> {
     }
 }
 
-/// Why [`Serial::pump`] has ended.
+/// The reason why [`Serial::pump`] has ended.
 #[cfg(feature = "async")]
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]

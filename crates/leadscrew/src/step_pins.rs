@@ -8,7 +8,7 @@ use leadscrew_stepper::MotorMask;
 /// [`StepDir`] sets pin after pin: with a usual HAL, the last of three rises some 100 ns after the
 /// first. Implement this trait with one store to a port's register if pins must rise together.
 pub trait StepPins {
-    /// Why a pin cannot be set.
+    /// The reason why a pin cannot be set.
     type Error: core::fmt::Debug;
 
     /// Sets the step pins of the motors in `of` to their `levels`: a motor in `levels` is high. The

@@ -133,7 +133,7 @@ impl<P: Port, const MOTORS: usize> Stepping<'_, P, MOTORS> {
         self.port.end_pulse();
     }
 
-    /// The port, for its handlers.
+    /// Returns the port, for its handlers.
     pub fn port(&mut self) -> &mut P {
         &mut self.port
     }

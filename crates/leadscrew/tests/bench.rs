@@ -21,7 +21,7 @@ pub(crate) struct Edge {
 pub(crate) struct World {
     /// Microseconds since power-up.
     pub(crate) now: Cell<u64>,
-    /// When the step interrupt comes.
+    /// The time at which the step interrupt comes.
     ring: Cell<Option<u64>>,
     pub(crate) edges: RefCell<Vec<Edge>>,
     levels: RefCell<BTreeMap<&'static str, bool>>,
