@@ -150,8 +150,8 @@ pub trait Board {
         None
     }
 
-    /// Why the program ended the last time that it did so by itself, for people: the row `[LAST
-    /// END:` of `$I`. `None` if it has not.
+    /// Returns why the program ended the last time that it did so by itself, for people: the row
+    /// `[LAST END:` of `$I`. `None` if it has not.
     fn last_end(&self) -> Option<&dyn fmt::Display> {
         None
     }

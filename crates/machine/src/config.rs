@@ -46,7 +46,7 @@ pub struct MoveQueues<
 impl<const AXES: usize, const MOTORS: usize, const MOVES: usize, const BLOCKS: usize>
     MoveQueues<AXES, MOTORS, MOVES, BLOCKS>
 {
-    /// Empty queues.
+    /// Makes empty queues.
     pub const fn new() -> Self {
         Self {
             program: Queue::new(),
@@ -74,7 +74,7 @@ pub const COMMITTED: Duration = Duration::from_ticks(2_000);
 /// A set of axes, one bit for each axis.
 pub type AxisMask = u8;
 
-/// How the spindle axis gets out of the way while the door is open.
+/// The way in which the spindle axis gets out of the way while the door is open.
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ParkingConfig {
@@ -101,15 +101,15 @@ impl ParkingConfig {
     };
 }
 
-/// How far the two switches of an axis with two motors may be apart when it is squared while
-/// homing.
+/// The distance by which the two switches of an axis with two motors may be apart when it is
+/// squared while homing.
 ///
 /// The kinematics say which axis has two motors: see [`leadscrew_planner::Ganged`].
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Squaring {
-    /// How far one of the two motors may go on without its switch once the other one has met its
-    /// own, as a share of the axis's travel: farther is ALARM:10.
+    /// The distance that one of the two motors may go on without its switch once the other one has
+    /// met its own, as a share of the axis's travel: farther is ALARM:10.
     pub tolerance: f32,
     /// The least distance that is allowed, mm.
     pub least_mm: f32,
@@ -141,7 +141,7 @@ pub struct Options {
     pub door: bool,
     /// Line numbers in status reports (`Ln:`).
     pub line_numbers: bool,
-    /// `$HX`, `$HY`, `$HZ`.
+    /// True if single axes may be homed: `$HX`, `$HY`, `$HZ`.
     pub single_axis_homing: bool,
     /// Parking on an open door.
     pub parking: Option<ParkingConfig>,
@@ -173,7 +173,7 @@ pub struct SwitchRules {
 }
 
 impl SwitchRules {
-    /// Grbl's.
+    /// The rules of Grbl.
     pub const GRBL: Self = Self {
         named: false,
         back_off_mm: 0.0,
@@ -208,12 +208,13 @@ pub struct MachineConfig<const AXES: usize> {
     pub axes: [AxisKind; AXES],
     /// Counts of the step timer a second.
     pub timer_hz: u32,
-    /// How long the board takes to make steps: faster motion is capped. A setting that the board
-    /// cannot satisfy, whatever the other settings are, is refused.
+    /// The time that the board takes to make steps: faster motion is capped. A setting that the
+    /// board cannot satisfy, whatever the other settings are, is refused.
     pub step_timing: StepTiming,
-    /// How many moves may be planned ahead; at most as many as its [`MoveQueues`] has room for.
+    /// The number of moves that may be planned ahead; at most as many as its [`MoveQueues`] has
+    /// room for.
     pub moves: usize,
-    /// How many changes of power the planned rows of a raster may hold together, at most
+    /// The number of changes of power that the planned rows of a raster may hold together, at most
     /// [`PIXELS`]; 0: each line is a move of its own.
     pub pixels: usize,
     /// The number of unread bytes that the queue of each serial line takes, for whoever makes that
@@ -229,7 +230,7 @@ pub struct MachineConfig<const AXES: usize> {
     pub spindle_delay: Duration,
     /// Coolant delay after the safety door was closed.
     pub coolant_delay: Duration,
-    /// How an axis with two motors is squared, if there is one.
+    /// The squaring of an axis with two motors, if there is one.
     pub squaring: Squaring,
     /// The rules of limit switches beyond Grbl's.
     pub rules: SwitchRules,
@@ -262,7 +263,7 @@ const NO_SPIN_UP: Entry = Entry {
 const TIMER_HZ: u32 = 84_000_000;
 
 impl<const AXES: usize> MachineConfig<AXES> {
-    /// A machine for real work: deep look-ahead, large buffers.
+    /// Makes a machine for real work: deep look-ahead, large buffers.
     pub const fn new() -> Self {
         Self {
             axes: [AxisKind::Linear; AXES],
@@ -293,8 +294,8 @@ impl<const AXES: usize> MachineConfig<AXES> {
         }
     }
 
-    /// The context in which the machine's lines are interpreted: with the M codes of `own`, without
-    /// a tool table. For `reach` see [`Context::reach`].
+    /// Returns the context in which the machine's lines are interpreted: with the M codes of `own`,
+    /// without a tool table. For `reach` see [`Context::reach`].
     pub fn context<'a>(
         &'a self,
         settings: &Settings<AXES>,
@@ -316,8 +317,9 @@ impl<const AXES: usize> MachineConfig<AXES> {
         }
     }
 
-    /// A machine that answers as stock Grbl 1.1h does: 15 moves, 128 bytes, two bits of `$10`, its
-    /// corners, no cycles or other words beyond its own, no wait for a spindle after a hold.
+    /// Makes a machine that answers as stock Grbl 1.1h does: 15 moves, 128 bytes, two bits of
+    /// `$10`, its corners, no cycles or other words beyond its own, no wait for a spindle after a
+    /// hold.
     pub const fn grbl() -> Self {
         let mut config = Self::new();
         config.step_timing = StepTiming::GRBL;

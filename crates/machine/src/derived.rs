@@ -55,7 +55,7 @@ fn acceleration<const AXES: usize>(settings: &Settings<AXES>, axis: usize) -> Nu
     asked.min(largest_acceleration(settings, axis).most)
 }
 
-/// How motion follows the sender and the laser.
+/// Returns how motion follows the sender and the laser.
 pub(crate) fn pacing<const AXES: usize>(settings: &Settings<AXES>, laser: bool) -> Pacing {
     let silence = u64::from(settings.whole(Setting::StartSilence)) * 1_000;
     let stall = settings.value(Setting::StallReserve).nanos() / 1_000;
@@ -75,7 +75,7 @@ pub(crate) fn counts(ns: u32, timer_hz: u32) -> Ticks {
     Ticks(counts.div_ceil(1_000_000_000) as u32) // fits: no caller asks for more than 356 µs
 }
 
-/// How `S` maps to power.
+/// Returns how `S` maps to power.
 pub(crate) fn spindle_scale<const AXES: usize>(settings: &Settings<AXES>) -> SpindleScale {
     SpindleScale {
         max: settings.value(Setting::MaxSpeed).to_f32(),

@@ -1,4 +1,4 @@
-//! At which end of its travel each axis stands, as its limit switch and its last motion tell.
+//! The end of its travel at which each axis stands, as its limit switch and its last motion tell.
 
 use core::cmp::Ordering;
 

@@ -224,7 +224,7 @@ where
         }
     }
 
-    /// When motion goes on after a hold, while it waits for the spindle.
+    /// Returns when motion goes on after a hold, while it waits for the spindle.
     pub(crate) fn spin_up_ends_at(&self) -> Option<Instant> {
         match self.state {
             State::Hold(hold) => hold.goes_on_at(),

@@ -12,7 +12,7 @@ where
     X: Extension<AXES>,
 {
     /// Tells the explainer of a move that has just been queued. To be called while `path_end` is
-    /// still the place where the move begins.
+    /// still the beginning of the move.
     pub(crate) fn explain_move<B: Board>(&self, of: &Move<AXES>, board: &mut B) {
         let (Some(explainer), Some(outline)) = (board.explainer(), self.motion.newest()) else {
             return;

@@ -1,4 +1,5 @@
-//! What heats, turns or burns, and when it goes off although no line says so: the one table.
+//! The loads that heat, turn or burn, and when each goes off although no line says so: the one
+//! table.
 //!
 //! | | laser | spindle | coolant | heaters, fan | outputs (M62, M64) |
 //! |---|---|---|---|---|---|
@@ -51,8 +52,8 @@ impl Load {
         Self::Outputs,
     ];
 
-    /// Its name in messages, and the settings that say how many seconds it stays on: without a byte
-    /// of its sender, and without a line of G-code.
+    /// Returns its name in messages, and the settings that say how many seconds it stays on:
+    /// without a byte of its sender, and without a line of G-code.
     pub const fn limits(self) -> (&'static str, Setting, Setting) {
         match self {
             Self::Laser => ("Laser", Setting::LaserPatience, Setting::LaserUnfed),
@@ -64,7 +65,7 @@ impl Load {
     }
 }
 
-/// What the sender has done since a load is left to itself.
+/// The times at which the sender was heard last, since a load is left to itself.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct Watch {
     /// The last instant at which the sender was heard, or the load was not left to itself.
@@ -81,7 +82,7 @@ pub(crate) struct Limits {
     unfed: Option<Duration>,
 }
 
-/// Why a load goes off.
+/// The reason why a load goes off.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Why {
     Silent,
@@ -89,7 +90,7 @@ pub(crate) enum Why {
 }
 
 impl Watch {
-    /// When the load goes off if nothing comes until then, and why.
+    /// Returns when the load goes off if nothing comes until then, and why.
     fn end(&self, limits: Limits) -> (Instant, Why) {
         let silent = (self.heard + limits.silent, Why::Silent);
         let unfed = limits.unfed.map(|unfed| (self.fed + unfed, Why::Unfed));
@@ -154,7 +155,7 @@ impl Guard {
         Some(why)
     }
 
-    /// When a load of `kind` goes off if nothing is heard until then.
+    /// Returns when a load of `kind` goes off if nothing is heard until then.
     pub(crate) fn end<const AXES: usize>(
         &self,
         kind: impl Fn(Load) -> bool,
@@ -199,8 +200,8 @@ mod tests {
         unfed: None,
     };
 
-    /// When a load goes off, and why. `looks`: instants of a look, each with whether its sender was
-    /// heard.
+    /// Returns when a load goes off, and why. `looks`: instants of a look, each with whether its
+    /// sender was heard.
     fn end(limits: Option<Limits>, looks: &[(u64, bool)]) -> Option<(u64, Why)> {
         let mut guard = Guard::default();
         looks.iter().find_map(|(at, heard)| {

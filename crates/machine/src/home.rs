@@ -1,4 +1,4 @@
-//! Where an axis is once it has been homed, and where its travel ends.
+//! The place of an axis once it has been homed, and the ends of its travel.
 
 use crate::settings::table::{AxisSetting, Setting};
 use crate::settings::values::{Key, Settings};
@@ -69,7 +69,7 @@ fn axis_bounds<const AXES: usize>(
     Bounds { low, high }
 }
 
-/// A setting of one axis's homing; `common` if the axis has none of its own.
+/// Returns a setting of one axis's homing; `common` if the axis has none of its own.
 pub fn of_axis<const AXES: usize>(
     settings: &Settings<AXES>,
     own: AxisSetting,
@@ -83,7 +83,7 @@ pub fn of_axis<const AXES: usize>(
     }
 }
 
-/// How far an axis goes off its switch: `$750` and up, or `$27`.
+/// Returns how far an axis goes off its switch: `$750` and up, or `$27`.
 pub fn pull_off<const AXES: usize>(settings: &Settings<AXES>, axis: usize) -> Coordinate {
     let own = of_axis(settings, AxisSetting::PullOff, Setting::HomingPullOff, axis);
     coordinate(own)

@@ -33,7 +33,7 @@ pub enum ProbeWatch {
     Release = 2,
 }
 
-/// Which levels are active, and whether a limit switch stops the machine.
+/// Says which levels are active, and whether a limit switch stops the machine.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct InputConfig {
@@ -79,19 +79,19 @@ pub struct Inputs<const MOTORS: usize> {
     latched: [AtomicI32; MOTORS],
 }
 
-/// How many edges there have been, modulo 256, since power-up.
+/// The number of edges, modulo 256, since power-up.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Edges {
     /// Limit switches that stopped the machine.
     pub limit_hits: u8,
-    /// Reset button.
+    /// The edges of the reset button.
     pub resets: u8,
-    /// Feed hold button.
+    /// The edges of the feed hold button.
     pub holds: u8,
-    /// Cycle start button.
+    /// The edges of the cycle start button.
     pub starts: u8,
-    /// Safety door opened.
+    /// The times that the safety door opened.
     pub doors: u8,
 }
 
@@ -108,7 +108,7 @@ impl Edges {
 pub struct ActiveSwitches {
     /// Motors whose limit switch is active.
     pub limits: MotorMask,
-    /// Probe contact.
+    /// True while the probe has contact.
     pub probe: bool,
     /// Reset button pressed.
     pub reset: bool,
@@ -180,8 +180,8 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
         self.on_switches_at(switches, shared, &shared.position());
     }
 
-    /// As [`Inputs::on_switches`], for a board that filters its inputs: `position` is where the
-    /// motors stood at the edge that has lasted long enough by now.
+    /// As [`Inputs::on_switches`], for a board that filters its inputs: `position` is the place at
+    /// which the motors stood at the edge that has lasted long enough by now.
     pub fn on_switches_at(
         &self,
         switches: &Switches,
@@ -194,8 +194,8 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
         self.check_buttons(active.buttons(), shared);
     }
 
-    /// True if [`Inputs::on_switches_at`] with these levels is going to stop motion: for a board
-    /// that makes the laser dark before it does anything else. Switch interrupt.
+    /// Returns true if [`Inputs::on_switches_at`] with these levels is going to stop motion: for a
+    /// board that makes the laser dark before it does anything else. Switch interrupt.
     #[inline]
     pub fn would_stop(&self, switches: &Switches) -> bool {
         let active = self.active(switches);
@@ -203,7 +203,7 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
         self.is_hit(active.limits) || stops(pressed)
     }
 
-    /// The switches that are active. Any context.
+    /// Returns the switches that are active. Any context.
     pub fn active(&self, switches: &Switches) -> ActiveSwitches {
         let here = self.motors();
         let invert = self.limits_invert.load(Ordering::Relaxed);
@@ -268,8 +268,8 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
         self.watch.store(next, Ordering::Release);
     }
 
-    /// The motors' positions at the contact that [`Inputs::watch_probe`] waits for, once it has
-    /// come. Main loop.
+    /// Returns the motors' positions at the contact that [`Inputs::watch_probe`] waits for, once it
+    /// has come. Main loop.
     pub fn latched(&self) -> Option<[i32; MOTORS]> {
         let watch = self.watch.load(Ordering::Relaxed);
         let met = self.latched_watch.load(Ordering::Acquire) == watch;
@@ -281,7 +281,7 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
         })
     }
 
-    /// The counts of edges so far, to compare with earlier ones. Main loop.
+    /// Returns the counts of edges so far, to compare with earlier ones. Main loop.
     pub fn edges(&self) -> Edges {
         Edges {
             limit_hits: self.limit_hits.load(Ordering::Acquire),

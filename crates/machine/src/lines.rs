@@ -41,7 +41,7 @@ where
         let Some(id) = self.console.read(owner, &mut self.work) else {
             return;
         };
-        // The line is filled where it stays: moving it would take as long as parsing it.
+        // The line is filled in its place: moving it would take as long as parsing it.
         let mut line = Line::new();
         let Some(channel) = self.console.channel(id) else {
             return;
@@ -72,9 +72,9 @@ where
             && (!self.program.line_waits || rests())
     }
 
-    /// True if a `$` line changes a setting behind moves that have not begun: then it is carried
-    /// out after them. One of another line than the job's is refused, as it is a moment later: while
-    /// it waited, the job's lines would, and motion would stop in mid-job.
+    /// Returns true if a `$` line changes a setting behind moves that have not begun: then it is
+    /// carried out after them. One of another line than the job's is refused, as it is a moment
+    /// later: while it waited, the job's lines would, and motion would stop in mid-job.
     fn awaits_motion(&self, line: &[u8]) -> bool {
         let command = || SystemCommand::parse(line, &self.circumstances());
         self.is_about_to_move() && matches!(command(), Ok(SystemCommand::Set { .. }))
@@ -225,8 +225,8 @@ where
         }
     }
 
-    /// Whether a line of G-code, sound or not, is one of those that the operator may send while an
-    /// M code is put aside.
+    /// Returns true if a line of G-code, sound or not, is one of those that the operator may send
+    /// while an M code is put aside.
     pub(crate) fn serves_operator(&self, line: &[u8]) -> bool {
         let find = |number| self.extension.m_code(number);
         let check = |call: &Call| self.extension.check(call);

@@ -56,7 +56,7 @@ pub struct Links<
     pub inboxes: Vec<Inbox<'a>, CHANNELS>,
 }
 
-/// When [`Machine::poll`] wants to be called again.
+/// The time at which [`Machine::poll`] wants to be called again.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Next {
@@ -192,18 +192,18 @@ where
         self.next(extension, now)
     }
 
-    /// The state of the machine.
+    /// Returns the state of the machine.
     pub fn state(&self) -> State {
         self.state
     }
 
-    /// The states that the machine has left, the last eight at most, the oldest first: for tests
-    /// and for those who look for a fault.
+    /// Returns the states that the machine has left, the last eight at most, the oldest first: for
+    /// tests and for those who look for a fault.
     pub fn history(&self) -> impl Iterator<Item = State> + '_ {
         self.history.states()
     }
 
-    /// The position of the axes, counted from steps: machine position.
+    /// Returns the position of the axes, counted from steps: machine position.
     pub fn position(&self) -> [Coordinate; AXES] {
         self.motion.position()
     }
@@ -214,12 +214,12 @@ where
         self.program.work_offset
     }
 
-    /// The settings in force.
+    /// Returns the settings in force.
     pub fn settings(&self) -> &Settings<AXES> {
         &self.settings
     }
 
-    /// The overrides in force.
+    /// Returns the overrides in force.
     pub fn overrides(&self) -> Overrides {
         self.overrides
     }
@@ -235,15 +235,15 @@ where
         self.program.lines
     }
 
-    /// The time to finish the queued moves, s. Not for a controller: takes time in proportion to
-    /// the queue.
+    /// Returns the time to finish the queued moves, s. Not for a controller: takes time in
+    /// proportion to the queue.
     pub fn time_to_finish(&self) -> f32 {
         let mut left = self.motion.time_left();
         while self.motion.add_time(&mut left) {}
         left.seconds()
     }
 
-    /// The work since power-up.
+    /// Returns the work since power-up.
     pub fn work(&self) -> &Work {
         &self.work
     }
@@ -254,7 +254,7 @@ where
         self.console.last_fault.take()
     }
 
-    /// The last alarm since power-up.
+    /// Returns the last alarm since power-up.
     pub fn last_alarm(&self) -> Option<Alarm> {
         self.history.last_alarm
     }
@@ -320,8 +320,8 @@ where
         }
     }
 
-    /// True if the motors are not needed in this state: their drivers go off, even if `$1` keeps
-    /// them on.
+    /// Returns true if the motors are not needed in this state: their drivers go off, even if `$1`
+    /// keeps them on.
     pub(crate) fn is_locked(&self) -> bool {
         match self.state {
             State::Alarm(_) => true,
@@ -336,8 +336,8 @@ where
         }
     }
 
-    /// When [`Machine::poll`] wants to be called again. `extension`: when the extension wants the
-    /// next turn at the latest.
+    /// Returns when [`Machine::poll`] wants to be called again. `extension`: when the extension
+    /// wants the next turn at the latest.
     fn next(&mut self, extension: Option<Instant>, now: Instant) -> Next {
         let hunger = self.motion.hunger(now, self.state.may_start());
         if hunger == Hunger::Now || self.is_busy() {
@@ -359,8 +359,8 @@ where
         }
     }
 
-    /// When something is to be done that no interrupt will announce, besides the regular work of
-    /// the extension.
+    /// Returns when something is to be done that no interrupt will announce, besides the regular
+    /// work of the extension.
     fn deadline(&self, hunger: Hunger) -> Option<Instant> {
         let delay = || self.settings.whole(Setting::IdleDelay);
         let deadlines = [
@@ -409,7 +409,7 @@ where
     }
 }
 
-/// The earlier of two instants, where `None` is later than any.
+/// The earlier of two instants; `None` is later than any.
 fn earlier(one: Option<Instant>, other: Option<Instant>) -> Option<Instant> {
     match (one, other) {
         (Some(one), Some(other)) => Some(one.min(other)),

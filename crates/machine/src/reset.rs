@@ -139,7 +139,7 @@ where
     }
 
     /// Locks the machine and says why. A laser goes off, until a line after the lock wants it. A
-    /// spindle goes on, as in Grbl, where an alarm alone does not stop it.
+    /// spindle goes on, as in Grbl: an alarm alone does not stop it.
     pub(crate) fn raise<B: Board>(&mut self, alarm: Alarm, board: &mut B) {
         if self.tool.spindle.is_laser() {
             self.switch_spindle_off(board);

@@ -36,8 +36,8 @@ where
         self.guard.fed = false;
     }
 
-    /// When a load goes off if nothing is heard until then. `chores`: of those that an extension
-    /// has, which works at its own times in any case; otherwise of the others.
+    /// Returns when a load goes off if nothing is heard until then. `chores`: of those that an
+    /// extension has, which works at its own times in any case; otherwise of the others.
     pub(crate) fn load_ends(&self, chores: bool) -> Option<Instant> {
         self.guard
             .end(|load| (load == Load::Heat) == chores, &self.settings)
@@ -107,8 +107,8 @@ where
         }
     }
 
-    /// True if a laser is lit at rest with nothing under way that would end that: no motion, no
-    /// dwell, no startup line.
+    /// Returns true if a laser is lit at rest with nothing under way that would end that: no
+    /// motion, no dwell, no startup line.
     pub(crate) fn is_lit_at_rest(&self) -> bool {
         self.state == State::Idle
             && self.tool.spindle.is_laser()

@@ -123,8 +123,8 @@ where
         }
     }
 
-    /// The state as `?` reports it; `ajar`: whether the door is open now. Programs that show the
-    /// machine beside its wire ask for it.
+    /// Returns the state as `?` reports it; `ajar`: whether the door is open now. Programs that
+    /// show the machine beside its wire ask for it.
     pub fn reported_state(&self, ajar: bool) -> &'static str {
         match (self.shown_state(), &self.activity.aside) {
             (State::Idle, Some(aside)) if self.is_aside() => aside.shown.name(),
@@ -132,7 +132,7 @@ where
         }
     }
 
-    /// The fields that extensions add to reports, such as `|T:2`.
+    /// Returns the fields that extensions add to reports, such as `|T:2`.
     pub fn own_fields(&self) -> impl fmt::Display + '_ {
         OwnFields::<X, AXES>(&self.extension)
     }

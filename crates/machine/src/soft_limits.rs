@@ -4,7 +4,8 @@ use crate::config::{extruder, AxisKind};
 use crate::home::Bounds;
 use leadscrew_planner::Coordinate;
 
-/// Whether a target lies within the travel: between the ends of each axis, ends included, exactly.
+/// Returns true if a target lies within the travel: between the ends of each axis, ends included,
+/// exactly.
 ///
 /// An axis without travel is never within, as in Grbl, unless it stays at its end. An extruder
 /// always is: filament has no end.

@@ -47,7 +47,7 @@ pub enum State {
     Sleep,
 }
 
-/// How a jog goes on.
+/// The way in which a jog goes on.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Jog {
@@ -66,14 +66,14 @@ pub enum Jog {
 pub enum Hold {
     /// Slowing down on the path (`Hold:1`).
     Stopping {
-        /// When the hold began.
+        /// The time at which the hold began.
         since: Instant,
         /// The stop is due to a soft limit: ALARM:2 follows.
         then_alarm: bool,
     },
     /// At rest (`Hold:0`).
     Complete {
-        /// When the hold began to stop motion; `None` if nothing moved.
+        /// The time at which the hold began to stop motion; `None` if nothing moved.
         since: Option<Instant>,
         /// `~` has come, and motion goes on at this instant: the spindle is getting up to speed.
         goes_on_at: Option<Instant>,
@@ -87,7 +87,7 @@ impl Hold {
         goes_on_at: None,
     };
 
-    /// When motion goes on by itself.
+    /// Returns when motion goes on by itself.
     pub(crate) fn goes_on_at(self) -> Option<Instant> {
         match self {
             Self::Complete { goes_on_at, .. } => goes_on_at,
@@ -157,13 +157,13 @@ impl State {
         }
     }
 
-    /// The next state once the program's motion has begun, out of rest.
+    /// Returns the next state once the program's motion has begun, out of rest.
     pub fn motion_begins(self) -> Option<Self> {
         (self == Self::Idle).then_some(Self::Run)
     }
 
-    /// The next state after `!` or the hold button. `moving`: whether there is anything to slow
-    /// down.
+    /// Returns the next state after `!` or the hold button. `moving`: whether there is anything to
+    /// slow down.
     pub fn feed_hold(self, moving: bool, now: Instant) -> Option<Self> {
         match self {
             Self::Idle | Self::Run if moving => Some(Self::Hold(Hold::Stopping {
@@ -186,13 +186,13 @@ impl State {
         }
     }
 
-    /// The next state after 0x85.
+    /// Returns the next state after 0x85.
     pub fn jog_cancel(self) -> Option<Self> {
         (self == Self::Jog(Jog::Moving)).then_some(Self::Jog(Jog::Cancelling { then_door: false }))
     }
 
-    /// The next state after 0x84 or an edge of the door's switch. `moving`: whether there is
-    /// anything to slow down. An open door, or a sleeping machine, stays as it is.
+    /// Returns the next state after 0x84 or an edge of the door's switch. `moving`: whether there
+    /// is anything to slow down. An open door, or a sleeping machine, stays as it is.
     pub fn door_opens(self, moving: bool) -> Option<Self> {
         match self {
             Self::Jog(_) => Some(Self::Jog(Jog::Cancelling { then_door: true })),
@@ -207,7 +207,7 @@ impl State {
         }
     }
 
-    /// The next state once a hold or a door has brought motion to rest.
+    /// Returns the next state once a hold or a door has brought motion to rest.
     pub fn stopped(self) -> Option<Self> {
         match self {
             Self::Hold(Hold::Stopping {
@@ -238,7 +238,7 @@ impl State {
         }
     }
 
-    /// The state as status reports spell it. `ajar`: whether the door is open now.
+    /// Returns the state as status reports spell it. `ajar`: whether the door is open now.
     pub fn name(self, ajar: bool) -> &'static str {
         match self {
             Self::Idle => "Idle",
@@ -275,7 +275,7 @@ pub(crate) struct History {
 }
 
 impl History {
-    /// As at power-up.
+    /// Begins as at power-up.
     pub(crate) const fn new() -> Self {
         Self {
             booted: false,

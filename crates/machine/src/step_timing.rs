@@ -1,4 +1,4 @@
-//! How fast steps may follow each other: one function of board, pulse width, direction set-up and
+//! The highest rate of steps: one function of board, pulse width, direction set-up and
 //! number of motors.
 //!
 //! ```text
@@ -139,7 +139,8 @@ impl StepTiming {
         }
     }
 
-    /// The least time from one tick to the next, ns: with pulses of `pulse_us` on `motors` motors.
+    /// Returns the least time from one tick to the next, ns: with pulses of `pulse_us` on `motors`
+    /// motors.
     pub const fn shortest_tick_ns(&self, pulse_us: u8, motors: usize) -> u32 {
         let work = self.work_ns(motors);
         let edges = self.pulse_end_ns.saturating_add(self.setup_ns);
@@ -151,13 +152,13 @@ impl StepTiming {
         }
     }
 
-    /// The highest step rate with pulses of `pulse_us` on `motors` motors, steps/s.
+    /// Returns the highest step rate with pulses of `pulse_us` on `motors` motors, steps/s.
     pub const fn highest_rate(&self, pulse_us: u8, motors: usize) -> u32 {
         1_000_000_000 / self.shortest_tick_ns(pulse_us, motors)
     }
 
-    /// The bounds of `$0` and of rates, for any values of the other settings. No pulse is too long:
-    /// the longest, 255 µs, leaves 3900 steps/s, and rates above that are capped.
+    /// Returns the bounds of `$0` and of rates, for any values of the other settings. No pulse is
+    /// too long: the longest, 255 µs, leaves 3900 steps/s, and rates above that are capped.
     pub const fn limits(&self, motors: usize) -> StepLimits {
         StepLimits {
             shortest_pulse_us: self.shortest_pulse_us,

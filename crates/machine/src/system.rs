@@ -20,7 +20,7 @@ use crate::step_rate;
 use leadscrew_gcode::Number;
 use leadscrew_planner::{Coordinate, Kinematics};
 
-/// When a command's line is answered.
+/// The time at which a command's line is answered.
 enum Reply {
     /// Now.
     Now,

@@ -115,7 +115,7 @@ fn is_distance(mm: f32) -> bool {
     (0.0..=MOST).contains(&mm)
 }
 
-/// Whether the kinds of axes are those of a machine: see [`AxisKind`].
+/// Returns true if the kinds of axes are those of a machine: see [`AxisKind`].
 fn are_axes<const AXES: usize>(axes: &[AxisKind; AXES]) -> bool {
     let further = |kind: &AxisKind| matches!(kind, AxisKind::Extruder | AxisKind::Absent);
     let count = axes.iter().filter(|kind| **kind == AxisKind::Extruder);
@@ -128,7 +128,7 @@ fn are_axes<const AXES: usize>(axes: &[AxisKind; AXES]) -> bool {
             .all(|kind| *kind == AxisKind::Absent)
 }
 
-/// `error`, unless `holds`.
+/// Returns `error`, unless `holds`.
 fn ensure(holds: bool, error: ConfigError) -> Result<(), ConfigError> {
     holds.then_some(()).ok_or(error)
 }

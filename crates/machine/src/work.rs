@@ -8,7 +8,7 @@ use leadscrew_planner::Pushed;
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Work {
-    /// Calls of `Machine::poll`.
+    /// The number of calls of `Machine::poll`.
     pub polls: u32,
     /// Bytes taken from the receive queues into lines.
     pub bytes: u32,
@@ -18,11 +18,11 @@ pub struct Work {
     pub moves: u32,
     /// Moves that became part of the row of pixels before them.
     pub pixels: u32,
-    /// Segments made.
+    /// The number of segments that were made.
     pub segments: u32,
     /// Queued moves whose time was added up for status reports: an upper bound.
     pub timed: u32,
-    /// Status reports written.
+    /// The number of status reports that were written.
     pub reports: u32,
     /// Bytes handed to the board for sending.
     pub written: u32,

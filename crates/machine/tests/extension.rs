@@ -404,7 +404,7 @@ fn an_extension_can_move_until_its_switch_closes() {
     // From 10 mm/s it stops in 5 mm.
     assert!((-9 * 250..=-4 * 250).contains(&z), "{z}");
     assert_eq!(session.lines(), ["ok", "ok"]);
-    // The program goes on from where the switch was.
+    // The program goes on from the switch's place.
     session.line("G91G1Z1F600");
     assert_eq!(session.pins.position[2], z + 250);
     assert_eq!(session.line("M3S100"), ["ok"]);

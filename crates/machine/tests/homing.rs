@@ -1,5 +1,5 @@
-//! Homing where it is easy to get wrong: crossed belts, and a switch that closes while the motor
-//! lock changes hands.
+//! Homing in cases that are easy to get wrong: crossed belts, and a switch that closes while the
+//! motor lock changes hands.
 
 use crate::bench::{Contact, Memory, Session};
 use leadscrew_machine::board::Switches;

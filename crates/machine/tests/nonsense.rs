@@ -24,7 +24,7 @@ const FLOATS: [f32; 13] = [
     f32::INFINITY,
 ];
 
-/// Why the build is refused; otherwise boots it and moves it.
+/// Returns why the build is refused; otherwise boots it and moves it.
 fn refusal(config: Build) -> Option<String> {
     let mut memory = Memory::new();
     let mut session = match Session::try_extended(&mut memory, config, Cartesian, ()) {

@@ -1,5 +1,6 @@
-//! What owners ask for beyond Grbl: zero where they want it, spindles that take time, arcs as CAM
-//! programs round them, jogs that end at the travel. Each is off on a machine that answers as Grbl.
+//! The wishes of owners beyond Grbl: zero at a place of their choice, spindles that take time, arcs
+//! as CAM programs round them, jogs that end at the travel. Each is off on a machine that answers
+//! as Grbl.
 
 use crate::bench::{Contact, Memory, Session};
 use leadscrew_machine::config::MachineConfig;

@@ -1,4 +1,4 @@
-//! What `$10` adds to status reports: the line under way and the time to finish. Without it,
+//! The additions of `$10` to status reports: the line under way and the time to finish. Without it,
 //! reports are Grbl's.
 
 use crate::bench::{Memory, Session};

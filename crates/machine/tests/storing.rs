@@ -132,7 +132,7 @@ fn defaults_are_restored_in_the_store_before_the_answer_and_the_banner() {
     }
 }
 
-/// Whether a row of a list shows its default after `$RST=`.
+/// A test of whether a row of a list shows its default after `$RST=`.
 type Goes = fn(&str) -> bool;
 
 const RESTORES: [(&str, Goes); 3] = [

@@ -26,9 +26,9 @@ pub(crate) const LONGEST: Duration = Duration::from_ticks(300_000);
 pub(crate) enum Phase {
     /// Lines that the sender had on the way are kept.
     Collecting {
-        /// When the collecting began.
+        /// The time at which the collecting began.
         since: Instant,
-        /// When the last byte came.
+        /// The time at which the last byte came.
         last: Instant,
     },
     /// The M code waits for `~`; the operator's lines are obeyed.

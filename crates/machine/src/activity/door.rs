@@ -205,7 +205,7 @@ where
         });
     }
 
-    /// How to park; `None` if parking is not allowed now.
+    /// Returns how to park; `None` if parking is not allowed now.
     fn parking(&self) -> Option<ParkingConfig> {
         let allowed = self.program.parking_allowed && self.settings.is_on(Setting::Homing);
         self.config.options.parking.filter(|_| allowed)

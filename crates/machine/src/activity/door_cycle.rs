@@ -20,7 +20,7 @@ pub(crate) enum Step {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DoorCycle<const AXES: usize> {
     pub(crate) step: Step,
-    /// When the sequence began; the machine was at rest.
+    /// The time at which the sequence began; the machine was at rest.
     pub(crate) since: Instant,
     /// The position at which the machine left its path; `None` if it does not park.
     pub(crate) left_at: Option<[Coordinate; AXES]>,
@@ -35,12 +35,12 @@ impl<const AXES: usize> DoorCycle<AXES> {
         }
     }
 
-    /// When the sequence began; the machine was at rest.
+    /// Returns when the sequence began; the machine was at rest.
     pub(crate) fn since(&self) -> Instant {
         self.since
     }
 
-    /// When `Machine::poll` is to look again.
+    /// Returns when `Machine::poll` is to look again.
     pub(crate) fn waits_until(&self) -> Option<Instant> {
         match self.step {
             Step::SpindleRunsUp(instant) | Step::CoolantFlows(instant) => Some(instant),
@@ -59,7 +59,7 @@ impl ParkingConfig {
         Coordinate::from_mm(self.target_mm).unwrap_or_default()
     }
 
-    /// Whether the spindle axis is below the place to park.
+    /// Returns true if the spindle axis is below the place to park.
     pub(crate) fn is_worth_it<const AXES: usize>(&self, position: &[Coordinate; AXES]) -> bool {
         self.axis < AXES && self.of(position) < self.target()
     }

@@ -204,7 +204,7 @@ where
         }
     }
 
-    /// How far an axis goes in a phase at least, mm; back off its switch if negative.
+    /// Returns how far an axis goes in a phase at least, mm; back off its switch if negative.
     fn homing_way(&self, phase: Phase, group: AxisMask, axis: usize) -> f32 {
         let pull_off = home::pull_off(&self.settings, axis).to_mm();
         match phase {
@@ -215,7 +215,7 @@ where
         }
     }
 
-    /// How fast an axis goes in a phase, mm/min.
+    /// Returns how fast an axis goes in a phase, mm/min.
     fn homing_rate(&self, phase: Phase, axis: usize) -> f32 {
         let (own, common) = match phase {
             Phase::Search | Phase::PullOff | Phase::FinalPullOff => {

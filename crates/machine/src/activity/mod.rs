@@ -37,7 +37,7 @@ pub(crate) struct Activity<const AXES: usize> {
 }
 
 impl<const AXES: usize> Activity<AXES> {
-    /// Nothing under way.
+    /// Begins with nothing under way.
     pub(crate) const fn new() -> Self {
         Self {
             line: Executor::new(),

@@ -83,7 +83,7 @@ impl SwitchCycle {
         }
     }
 
-    /// When the switches have settled; `None` while the phase's motion goes on.
+    /// Returns when the switches have settled; `None` while the phase's motion goes on.
     pub(crate) fn settles_at(&self) -> Option<Instant> {
         match self.wait {
             Wait::Settled(instant) => Some(instant),

@@ -1,9 +1,9 @@
-//! Which received bytes a reset drops.
+//! The received bytes that a reset drops.
 
 use crate::board::ChannelId;
 use crate::protocol::serial::Mark;
 
-/// Which received bytes a reset drops.
+/// Says which received bytes a reset drops.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Discard {
     /// Nothing: the machine reset itself.

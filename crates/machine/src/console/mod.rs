@@ -25,7 +25,7 @@ pub(crate) use listing::Listing;
 /// Bytes read into lines in one poll, per channel: bounds its time.
 const BYTES_A_POLL: usize = 64;
 
-/// Why a line was refused, for front ends that want to point at the fault.
+/// The reason why a line was refused, for front ends that want to point at the fault.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LineFault {
@@ -61,11 +61,11 @@ pub(crate) struct Console<'a> {
     turn: usize,
     /// The channel that is looked at first for the next realtime command.
     next_to_ask: usize,
-    /// Which reports have `WCO:` and `Ov:`.
+    /// The choice of the reports that have `WCO:` and `Ov:`.
     pub(crate) cadence: Cadence,
     /// The time to finish, while it is added up for a report that was asked for.
     pub(crate) time_left: Option<TimeLeft>,
-    /// Why the last line was refused.
+    /// The reason why the last line was refused.
     pub(crate) last_fault: Option<LineFault>,
 }
 
@@ -159,7 +159,8 @@ impl<'a> Console<'a> {
         }
     }
 
-    /// True if a realtime command has come, or somebody has opened the other end of a channel.
+    /// Returns true if a realtime command has come, or somebody has opened the other end of a
+    /// channel.
     pub(crate) fn has_requests(&self) -> bool {
         let mut channels = self.channels.iter();
         channels.any(|channel| channel.inbox.has_requests() || channel.inbox.was_opened())
@@ -186,8 +187,8 @@ impl<'a> Console<'a> {
         })
     }
 
-    /// True if a byte has come from `owner` since this was asked last; without an owner, from any
-    /// channel.
+    /// Returns true if a byte has come from `owner` since this was asked last; without an owner,
+    /// from any channel.
     pub(crate) fn take_heard(&mut self, owner: Option<ChannelId>) -> bool {
         let mut heard = false;
         for (id, channel) in self.channels() {
@@ -339,7 +340,8 @@ impl<'a> Console<'a> {
         channels.any(|channel| channel.report_due && channel.has_room())
     }
 
-    /// True if there is something to do at once. `takes_lines`: whether a line would be taken.
+    /// Returns true if there is something to do at once. `takes_lines`: whether a line would be
+    /// taken.
     pub(crate) fn is_busy(&self, takes_lines: bool) -> bool {
         self.channels.iter().any(|channel| {
             let has_line = || channel.complete || channel.inbox.has_bytes();

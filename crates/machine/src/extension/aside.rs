@@ -29,8 +29,8 @@ where
             )
     }
 
-    /// Whether an M code is put aside, and has not been taken back: the sender's lines are collected
-    /// for it, or the operator has the machine.
+    /// Returns true if an M code is put aside, and has not been taken back: the sender's lines are
+    /// collected for it, or the operator has the machine.
     pub(crate) fn is_put_aside(&self) -> bool {
         let aside = self.activity.aside.filter(|_| X::IN_USE);
         aside.is_some_and(|aside| aside.phase != Phase::Returning)
@@ -160,7 +160,7 @@ where
     }
 
     /// Ends the M code that was put aside; the kept lines follow. If the operator still has the
-    /// machine, returns where the code's line came from: that line still waits for its answer.
+    /// machine, returns the origin of the code's line: that line still waits for its answer.
     pub(crate) fn end_aside(&mut self) -> Option<Origin> {
         if !X::IN_USE {
             return None;

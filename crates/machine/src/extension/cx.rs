@@ -33,7 +33,7 @@ pub struct Cx<'a, const AXES: usize> {
     pub state: State,
     /// The machine position of the axes.
     pub position: [Coordinate; AXES],
-    /// The work offset in force: where the program's zero is, machine position.
+    /// The work offset in force: the place of the program's zero, machine position.
     pub work_offset: [Coordinate; AXES],
     /// True if nothing moves and nothing is planned.
     pub at_rest: bool,
@@ -65,7 +65,7 @@ impl<'a, const AXES: usize> Cx<'a, AXES> {
         }
     }
 
-    /// A machine that is idle at its origin at `now`: to test an extension alone.
+    /// Makes a machine that is idle at its origin at `now`: to test an extension alone.
     pub fn idle(now: Instant, out: &'a mut dyn Out) -> Self {
         let zero = [Coordinate::ZERO; AXES];
         Self::new(now, State::Idle, (zero, zero), true, out)
@@ -89,12 +89,13 @@ impl<'a, const AXES: usize> Cx<'a, AXES> {
         self.outputs = self.outputs.then(change);
     }
 
-    /// The comment of the line whose M code is carried out, as far as it was kept: 48 characters.
+    /// Returns the comment of the line whose M code is carried out, as far as it was kept: 48
+    /// characters.
     pub fn comment(&self) -> Comment {
         self.comment.clone()
     }
 
-    /// The changes that were asked for.
+    /// Returns the changes that were asked for.
     pub fn outputs(&self) -> OutputChange {
         self.outputs
     }
@@ -106,7 +107,7 @@ impl<'a, const AXES: usize> Cx<'a, AXES> {
         self.alarm = Some(alarm);
     }
 
-    /// The alarm that was asked for.
+    /// Returns the alarm that was asked for.
     pub fn raised(&self) -> Option<Alarm> {
         self.alarm
     }

@@ -185,8 +185,8 @@ pub trait Extension<const AXES: usize> {
         let _ = (byte, cx);
     }
 
-    /// True if it has something of this kind on that must not stay so without a sender: the machine
-    /// watches it, and says [`Event::LeftAlone`].
+    /// Returns true if it has something of this kind on that must not stay so without a sender: the
+    /// machine watches it, and says [`Event::LeftAlone`].
     fn is_on(&self, load: Load) -> bool {
         let _ = load;
         false
@@ -245,7 +245,7 @@ pub enum Gate {
     Refuse(Status),
 }
 
-/// How an M code goes on.
+/// The way in which an M code goes on.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Step<const AXES: usize> {
     /// It is carried out.
@@ -289,7 +289,7 @@ pub enum Shown {
 }
 
 impl Shown {
-    /// The state as status reports spell it.
+    /// Returns the state as status reports spell it.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Hold => "Hold:0",
@@ -307,7 +307,7 @@ pub enum Event {
     Enters(State),
     /// What is on has been without its sender for too long: it has to go off.
     LeftAlone {
-        /// What is on.
+        /// The load that is on.
         load: Load,
         /// The machine is held, at the door or with the operator, and may go on at `~`.
         resumes: bool,

@@ -1,4 +1,4 @@
-//! An extension that may be missing: where only a configuration says whether there is one.
+//! An extension that may be missing: only a configuration says whether there is one.
 
 use super::{Asked, Call, Cx, Event, Extension, Fault, Gate, Known, Line, MCode, OwnCode, Step};
 use crate::board::Instant;

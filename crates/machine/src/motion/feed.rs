@@ -92,7 +92,7 @@ where
         self.feeder.start(board, now);
     }
 
-    /// When [`Motion::prepare`] wants to be called again, should no interrupt come before.
+    /// Returns when [`Motion::prepare`] wants to be called again, should no interrupt come before.
     pub(crate) fn hunger(&mut self, now: Instant, may_start: bool) -> Hunger {
         if self.stopping || !self.may_feed(now, may_start) || !self.has_moves() {
             Hunger::None
@@ -123,13 +123,13 @@ where
         self.underruns != before
     }
 
-    /// True if the step interrupt does not come although there is motion to be made. Told once in
-    /// [`STALLED`].
+    /// Returns true if the step interrupt does not come although there is motion to be made. Told
+    /// once in [`STALLED`].
     pub(crate) fn take_stall(&mut self) -> bool {
         self.feeder.take_stall() && !(self.stopping && self.is_program_idle())
     }
 
-    /// When [`Motion::take_stall`] is to be asked, should no interrupt come before.
+    /// Returns when [`Motion::take_stall`] is to be asked, should no interrupt come before.
     pub(crate) fn look_at(&self, now: Instant) -> Option<Instant> {
         self.feeder.look_at(now)
     }
@@ -270,7 +270,7 @@ struct Bounds {
     waiting: u32,
     /// [`SHORT`], timer counts: the next segment is made when only this is left, at the latest.
     short: u32,
-    /// [`CROWDED`], timer counts.
+    /// The bound [`CROWDED`], timer counts.
     crowded: u32,
 }
 
@@ -378,8 +378,8 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         }
     }
 
-    /// True if motion may run out of segments: less than [`Feeder::least`] is left. The main loop
-    /// wanted to be woken at that point, so it is late.
+    /// Returns true if motion may run out of segments: less than [`Feeder::least`] is left. The
+    /// main loop wanted to be woken at that point, so it is late.
     fn is_short(&self) -> bool {
         self.shared.is_running() && !self.has_enough()
     }
@@ -455,8 +455,8 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         self.stalled += passed.unwrap_or(LOOK).min(LOOK);
     }
 
-    /// True if the step interrupt has taken no segment for [`STALLED`], and has not been reported
-    /// for it since.
+    /// Returns true if the step interrupt has taken no segment for [`STALLED`], and has not been
+    /// reported for it since.
     pub(crate) fn take_stall(&mut self) -> bool {
         let stalls = self.stalled >= STALLED;
         if stalls {
@@ -470,7 +470,8 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         self.stall_told
     }
 
-    /// When the step interrupt is to be looked at, should it take no segment before; `None` at rest.
+    /// Returns when the step interrupt is to be looked at, should it take no segment before; `None`
+    /// at rest.
     pub(crate) fn look_at(&self, now: Instant) -> Option<Instant> {
         self.shared.is_running().then(|| now + LOOK)
     }
@@ -540,7 +541,7 @@ impl Drivers {
         }
     }
 
-    /// When the drivers are to be disabled; `None`: time does not disable them.
+    /// Returns when the drivers are to be disabled; `None`: time does not disable them.
     pub(crate) fn rest_at(&self, delay_ms: impl FnOnce() -> u32, locked: bool) -> Option<Instant> {
         let since = self.idle_since.filter(|_| self.enabled)?;
         let delay_ms = delay_ms();

@@ -1,4 +1,5 @@
-//! What F is the speed of, if not all axes are lengths: NIST RS274/NGC 2.1.2.5, and an extruder.
+//! The length of which F is the speed, if not all axes are lengths: NIST RS274/NGC 2.1.2.5, and an
+//! extruder.
 //!
 //! ```text
 //!   G1 X30 Y40 E10 F3000     50 mm at 3000 mm/min: one second. The path of all four axes has
@@ -15,7 +16,7 @@ use crate::config::AxisKind;
 pub(crate) struct Measure {
     /// The length of the path of all axes, divided by the length that F counts; at least 1.
     pub(crate) stretch: f32,
-    /// F counts degrees.
+    /// True if F counts degrees.
     pub(crate) is_turn: bool,
 }
 
@@ -51,7 +52,7 @@ impl Measure {
     }
 }
 
-/// Whether all axes are lengths of the path: then F counts the whole path.
+/// Returns true if all axes are lengths of the path: then F counts the whole path.
 pub(crate) fn is_plain<const AXES: usize>(kinds: &[AxisKind; AXES]) -> bool {
     let mixed = |kind: &AxisKind| matches!(kind, AxisKind::Rotary | AxisKind::Extruder);
     !kinds.iter().any(mixed)

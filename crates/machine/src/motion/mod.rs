@@ -51,7 +51,7 @@ enum Driver {
     Aside,
 }
 
-/// How motion follows the sender and the laser.
+/// The way in which motion follows the sender and the laser.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Pacing {
     /// The time after the last line at which motion begins; 0: as soon as in Grbl.
@@ -220,8 +220,8 @@ where
         self.aside.planner.push(next)
     }
 
-    /// Gives the step interrupt back to the program. At rest, with the motors where a hold left
-    /// them or the program's queue empty.
+    /// Gives the step interrupt back to the program. At rest, with the motors in the place at which
+    /// a hold left them or the program's queue empty.
     pub(crate) fn end_aside(&mut self) {
         if self.driver == Driver::Aside {
             self.aside.planner.clear();
@@ -231,9 +231,9 @@ where
         }
     }
 
-    /// True if one more move of the program should be planned now. Without it the queue's end might
-    /// slow motion down, or the queue might run empty while the sender stalls as long as `$710`
-    /// allows. If not, the line of that move waits.
+    /// Returns true if one more move of the program should be planned now. Without it the queue's
+    /// end might slow motion down, or the queue might run empty while the sender stalls as long as
+    /// `$710` allows. If not, the line of that move waits.
     pub(crate) fn wants_more(&self) -> bool {
         let planner = &self.program.planner;
         let ample = planner.len() >= DEPTH && self.reserve.is_exceeded(planner.waiting_micros());
@@ -255,7 +255,8 @@ where
         self.start.put_off(now);
     }
 
-    /// True if no step is made and none is committed. A hold that was asked for is complete then.
+    /// Returns true if no step is made and none is committed. A hold that was asked for is complete
+    /// then.
     pub(crate) fn is_at_rest(&self) -> bool {
         self.feeder.is_at_rest() && self.lead.is_empty()
     }
@@ -274,7 +275,7 @@ where
         self.program.segmenter.is_idle() && self.program.planner.is_empty()
     }
 
-    /// When motion begins by itself, if it waits for lines.
+    /// Returns when motion begins by itself, if it waits for lines.
     pub(crate) fn starts_at(&self) -> Option<Instant> {
         self.start
             .ends_at()
@@ -368,8 +369,8 @@ where
         }
     }
 
-    /// True if a stop still empties the segment queue. Not if no step interrupt comes, which would
-    /// keep all lines waiting.
+    /// Returns true if a stop still empties the segment queue. Not if no step interrupt comes,
+    /// which would keep all lines waiting.
     pub(crate) fn is_stopping(&self) -> bool {
         self.stopping && !self.feeder.is_stalled()
     }
@@ -407,7 +408,7 @@ struct Patience {
     longest: Option<Duration>,
 }
 
-/// Whether motion may begin.
+/// Says whether motion may begin.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Phase {
     /// The line under way has more moves to come: motion waits until enough are planned.
@@ -424,7 +425,7 @@ enum Phase {
 struct Start {
     patience: Patience,
     phase: Phase,
-    /// When the wait is over at the latest.
+    /// The time at which the wait is over at the latest.
     latest: Option<Instant>,
 }
 
@@ -477,7 +478,7 @@ impl Start {
         self.phase = Phase::Over;
     }
 
-    /// When the wait is over by itself.
+    /// Returns when the wait is over by itself.
     fn ends_at(&self) -> Option<Instant> {
         match (self.phase, self.latest) {
             (Phase::Until(instant), Some(latest)) => Some(instant.min(latest)),

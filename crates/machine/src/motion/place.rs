@@ -1,4 +1,4 @@
-//! Where the motors are, and how long the queued moves will take.
+//! The place of the motors, and the time that the queued moves will take.
 
 use super::Motion;
 use leadscrew_planner::{Coordinate, Kinematics, TimeLeft};

@@ -14,7 +14,7 @@ pub(super) struct Reserve {
 }
 
 impl Reserve {
-    /// As much as fits.
+    /// A reserve as large as fits.
     pub(super) const ALL: Self = Self {
         micros: None,
         percent: 100,
@@ -35,7 +35,8 @@ impl Reserve {
         self.percent = percent.max(100);
     }
 
-    /// True if `waiting` is more than should wait: microseconds of motion at an override of 100 %.
+    /// Returns true if `waiting` is more than should wait: microseconds of motion at an override of
+    /// 100 %.
     pub(super) fn is_exceeded(&self, waiting: u64) -> bool {
         let percent = u64::from(self.percent);
         self.micros

@@ -3,7 +3,7 @@
 
 use crate::activity::line::Origin;
 
-/// Which startup line is to run next.
+/// The startup line that is to run next.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Startup {
     next: Option<u8>,
@@ -23,7 +23,7 @@ pub(crate) enum Turn {
 }
 
 impl Startup {
-    /// Nothing to run.
+    /// Begins with nothing to run.
     pub(crate) const fn new() -> Self {
         Self {
             next: None,

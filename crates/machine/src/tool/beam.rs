@@ -1,4 +1,4 @@
-//! When a laser is lit: one gate, and one rule.
+//! The states and times in which a laser is lit: one gate, and one rule.
 //!
 //! ```text
 //!   Machine::enter(State) --> may_burn --no--> the gate is shut: neither a tick nor the main
@@ -40,7 +40,7 @@ pub struct Wanted {
 }
 
 impl Wanted {
-    /// The beam of a move, at `percent` of the programmed `S`.
+    /// Returns the beam of a move, at `percent` of the programmed `S`.
     pub fn beam(self, percent: u8, scale: &SpindleScale) -> Beam {
         let power = || scale.power(self.speed * f32::from(percent) / 100.0);
         match self.output {
@@ -53,7 +53,7 @@ impl Wanted {
     }
 }
 
-/// The beam at rest. It is lit only in states in which a program or a jog may go on.
+/// Returns the beam at rest. It is lit only in states in which a program or a jog may go on.
 pub fn beam(state: State, wanted: Wanted, percent: u8, scale: &SpindleScale) -> Beam {
     match state {
         State::Idle | State::Run | State::Jog(Jog::Moving) => wanted.beam(percent, scale),
@@ -67,7 +67,8 @@ pub fn beam(state: State, wanted: Wanted, percent: u8, scale: &SpindleScale) -> 
     }
 }
 
-/// True if the gate is open. A motion that slows down on its path still burns with its steps.
+/// Returns true if the gate is open. A motion that slows down on its path still burns with its
+/// steps.
 pub fn may_burn(state: State) -> bool {
     match state {
         State::Idle

@@ -31,7 +31,7 @@ impl Coolant {
         board.set_coolant(self.output());
     }
 
-    /// The last request of the program or the operator.
+    /// Returns the last request of the program or the operator.
     pub fn wanted(&self) -> CoolantOutput {
         self.wanted
     }
@@ -41,7 +41,7 @@ impl Coolant {
         self.wanted != CoolantOutput::default()
     }
 
-    /// The valves as they are.
+    /// Returns the valves as they are.
     pub fn output(&self) -> CoolantOutput {
         if self.suspended {
             CoolantOutput::default()

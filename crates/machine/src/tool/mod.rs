@@ -27,7 +27,7 @@ pub use scale::SpindleScale;
 pub(crate) struct Tool {
     pub(crate) spindle: Spindle,
     pub(crate) coolant: Coolant,
-    /// When a spindle that was switched on again in a hold is up to speed.
+    /// The time at which a spindle that was switched on again in a hold is up to speed.
     pub(crate) up_to_speed_at: Option<Instant>,
     /// The program's last command to the spindle.
     pub(crate) told: interpreter::Spindle,
@@ -65,7 +65,7 @@ impl Tool {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Spindle {
     wanted: Wanted,
-    /// Override, percent.
+    /// The override of the spindle, percent.
     percent: u8,
     /// Kept off by the door, 0x9E or an M code that is set aside, whatever is wanted.
     suspended: bool,
@@ -143,7 +143,7 @@ impl Spindle {
         self.laser && (self.suspended || !may_burn(state))
     }
 
-    /// The direction to put out.
+    /// Returns the direction to put out.
     pub fn output(&self, state: State) -> SpindleOutput {
         if self.suspended || self.stands() || self.is_shut(state) {
             SpindleOutput::Off
@@ -167,13 +167,13 @@ impl Spindle {
         self.suspended
     }
 
-    /// The direction, while the wanted speed is above 0; off otherwise.
+    /// Returns the direction, while the wanted speed is above 0; off otherwise.
     pub fn accessory(&self) -> SpindleOutput {
         self.turning_at(self.wanted_speed())
     }
 
-    /// The direction, as reports show it (`A:S`, `A:C`), at a speed in RPM: a laser that is dark
-    /// does not turn.
+    /// Returns the direction, as reports show it (`A:S`, `A:C`), at a speed in RPM: a laser that is
+    /// dark does not turn.
     pub fn turning_at(&self, speed: f32) -> SpindleOutput {
         if speed > 0.0 && !self.stands() {
             self.wanted.output
@@ -182,8 +182,8 @@ impl Spindle {
         }
     }
 
-    /// The speed as reports show it, RPM. A laser's speed follows the power that is put out, `out`,
-    /// not `S`.
+    /// Returns the speed as reports show it, RPM. A laser's speed follows the power that is put
+    /// out, `out`, not `S`.
     pub fn reported_speed(&self, out: Power) -> f32 {
         match self.stands_at {
             Some(speed) if !self.laser => speed,
@@ -193,17 +193,17 @@ impl Spindle {
         }
     }
 
-    /// The beam of a move with this command to the laser, without the override.
+    /// Returns the beam of a move with this command to the laser, without the override.
     pub fn beam_of_move(&self, wanted: Wanted) -> Beam {
         wanted.beam(100, &self.scale)
     }
 
-    /// The power of a spindle in motion and at rest.
+    /// Returns the power of a spindle in motion and at rest.
     pub fn power(&self) -> Power {
         self.scale.power(self.wanted_speed())
     }
 
-    /// The power at rest.
+    /// Returns the power at rest.
     pub fn power_at_rest(&self, state: State) -> Power {
         if !self.laser {
             return self.power();
@@ -215,7 +215,7 @@ impl Spindle {
         }
     }
 
-    /// The speed that is put out now, between `$31` and `$30`; 0 while off. RPM.
+    /// Returns the speed that is put out now, between `$31` and `$30`; 0 while off. RPM.
     pub fn actual_speed(&self) -> f32 {
         self.scale.within(self.wanted_speed())
     }

@@ -1,7 +1,7 @@
 //! The tool follows the state: the laser's gate, and the output of spindle or laser at rest.
 //!
 //! [`Machine::enter`] is the only writer of the state, [`Machine::put_out_tool`] the only place
-//! where power comes on out of motion. The rule for a laser is in [`mod@crate::tool::beam`].
+//! at which power comes on out of motion. The rule for a laser is in [`mod@crate::tool::beam`].
 
 use crate::board::{Board, SpindleOutput};
 use crate::extension::{Event, Extension};

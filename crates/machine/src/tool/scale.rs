@@ -16,7 +16,7 @@ use leadscrew_stepper::Power;
 /// The least power that is not off: one of the 255 levels of Grbl's output.
 const LEAST_SHARE: f32 = 1.0 / 255.0;
 
-/// How `S` maps to power: settings `$30` and `$31`.
+/// The mapping of `S` to power: settings `$30` and `$31`.
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SpindleScale {
@@ -27,7 +27,7 @@ pub struct SpindleScale {
 }
 
 impl SpindleScale {
-    /// The power for a speed in RPM: 0 to 1, rounded down to 2⁻²⁴ or better.
+    /// Returns the power for a speed in RPM: 0 to 1, rounded down to 2⁻²⁴ or better.
     pub fn power(&self, speed: f32) -> Power {
         if speed <= 0.0 {
             return Power::OFF;
@@ -48,7 +48,7 @@ impl SpindleScale {
         }
     }
 
-    /// The speed in RPM that goes with a power: the inverse of [`SpindleScale::power`].
+    /// Returns the speed in RPM that goes with a power: the inverse of [`SpindleScale::power`].
     pub fn speed(&self, power: Power) -> f32 {
         if power == Power::OFF {
             0.0

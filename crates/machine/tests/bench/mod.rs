@@ -52,7 +52,7 @@ pub struct Pins<'a> {
     outputs: Rc<Cell<u8>>,
     /// Each change of the outputs in motion: the position, and the levels.
     pub output_changes: Vec<([i32; 3], u8)>,
-    /// Why the program ended the last time.
+    /// The reason why the program ended the last time.
     pub last_end: Option<&'static str>,
     now: u64,
     due: Option<u64>,

@@ -28,7 +28,7 @@ impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, 
         stretched(feed, self.stretch_to(target))
     }
 
-    /// Whether a work offset differs from the present one in no axis but the extruder's.
+    /// Returns true if a work offset differs from the present one in no axis but the extruder's.
     pub(super) fn is_offset_of_e(&self, offset: &[Coordinate; AXES]) -> bool {
         let Some(e) = extruder(&self.config.axes) else {
             return false;

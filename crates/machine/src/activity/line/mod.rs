@@ -19,7 +19,7 @@ use crate::board::{ChannelId, Instant};
 use crate::interpreter::{Command, Commands, Strokes};
 use arc::ArcFeed;
 
-/// Where a line came from, and so where its answer goes.
+/// The origin of a line, to which its answer goes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(crate) enum Origin {
@@ -31,7 +31,7 @@ pub(crate) enum Origin {
     Nobody,
 }
 
-/// Whether a line belongs to the program or is a jog.
+/// Says whether a line belongs to the program or is a jog.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum LineKind {
     /// G-code.
@@ -84,7 +84,7 @@ pub(crate) enum Probing {
     Stopping,
 }
 
-/// Whether a command is carried out.
+/// Says whether a command is carried out.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Progress {
     /// The command is carried out.
@@ -143,8 +143,8 @@ impl<const AXES: usize> Executor<AXES> {
         self.wait = Wait::Nothing;
     }
 
-    /// True if the line goes on after its commands. Its commands then belong to an M code that
-    /// comes first. The machine reads the other words once the M code is done.
+    /// Returns true if the line goes on after its commands. Its commands then belong to an M code
+    /// that comes first. The machine reads the other words once the M code is done.
     pub(crate) fn has_rest(&self) -> bool {
         self.has_rest
     }
@@ -166,7 +166,7 @@ impl<const AXES: usize> Executor<AXES> {
         self.origin.is_some()
     }
 
-    /// Drops the line under way; returns where its answer goes.
+    /// Drops the line under way; returns the origin to which its answer goes.
     pub(crate) fn finish(&mut self) -> Option<Origin> {
         self.wait = Wait::Nothing;
         self.origin.take()
@@ -177,7 +177,7 @@ impl<const AXES: usize> Executor<AXES> {
         self.is_busy() && self.kind == LineKind::Jog
     }
 
-    /// True if the line makes motions of its own: the machine shows `Run` between them.
+    /// Returns true if the line makes motions of its own: the machine shows `Run` between them.
     pub(crate) fn is_running(&self) -> bool {
         matches!(self.wait, Wait::Probe(_) | Wait::Own(_))
     }
@@ -202,9 +202,9 @@ impl<const AXES: usize> Executor<AXES> {
         matches!(self.wait, Wait::Stored { then_restart: true })
     }
 
-    /// Whether the line under way would go on at once. `resting`: motion rests; `room`: the planner
-    /// has room. A line that waits for the store wants the next poll at once, since the store is
-    /// written between two polls.
+    /// Returns true if the line under way would go on at once. `resting`: motion rests; `room`: the
+    /// planner has room. A line that waits for the store wants the next poll at once, since the
+    /// store is written between two polls.
     pub(crate) fn can_advance(&self, resting: bool, room: impl FnOnce() -> bool) -> bool {
         self.is_busy()
             && match self.wait {
@@ -219,7 +219,7 @@ impl<const AXES: usize> Executor<AXES> {
             }
     }
 
-    /// When a dwell ends, or an extension's M code wants to be asked again.
+    /// Returns when a dwell ends, or an extension's M code wants to be asked again.
     pub(crate) fn wakes(&self) -> Option<Instant> {
         match self.wait {
             Wait::Dwell(at) | Wait::Own(OwnWait::Turn(Some(at))) => Some(at),
@@ -257,7 +257,8 @@ impl<const AXES: usize> Executor<AXES> {
         self.wait = Wait::Own(wait);
     }
 
-    /// True if the command under way has begun: then the extension's gate is not asked again.
+    /// Returns true if the command under way has begun: then the extension's gate is not asked
+    /// again.
     pub(crate) fn has_passed(&self) -> bool {
         !matches!(self.wait, Wait::Nothing | Wait::Own(OwnWait::Gate))
     }

@@ -68,8 +68,8 @@ where
         }
     }
 
-    /// True if the line under way waits for [`Machine::save`]. A machine without a store waits for
-    /// nothing.
+    /// Returns true if the line under way waits for [`Machine::save`]. A machine without a store
+    /// waits for nothing.
     fn is_storing(&self) -> bool {
         self.activity.line.is_storing() && self.has_unsaved()
     }
@@ -358,8 +358,8 @@ where
         Progress::Wait
     }
 
-    /// How long a spindle takes from its present state to this one, µs: `$716` to `$718`. A laser
-    /// takes no time.
+    /// Returns how long a spindle takes from its present state to this one, µs: `$716` to `$718`. A
+    /// laser takes no time.
     fn run_time(&self, to: &Spindle) -> u32 {
         if self.tool.spindle.is_laser() {
             return 0;
@@ -383,8 +383,8 @@ where
         (seconds.min(LONGEST_RUN) * 1e6) as u32
     }
 
-    /// True if a spindle command changes the output at rest. It does not for a laser under M4,
-    /// which is off at rest: each of its moves has its own power.
+    /// Returns true if a spindle command changes the output at rest. It does not for a laser under
+    /// M4, which is off at rest: each of its moves has its own power.
     fn changes_at_rest(&self, spindle: &Spindle) -> bool {
         let dynamic = Rotation::Counterclockwise;
         let rotations = (self.tool.told.rotation, spindle.rotation);

@@ -112,7 +112,8 @@ where
         Progress::Wait
     }
 
-    /// Reports a probing motion that has come to rest, and goes on from where it stopped.
+    /// Reports a probing motion that has come to rest, and goes on from the place at which it
+    /// stopped.
     fn end_probe<B: Board>(&mut self, contact: bool, kind: ProbeKind, board: &mut B) {
         let latched = self.switches.inputs.latched();
         self.switches.inputs.watch_probe(ProbeWatch::Off);
