@@ -1,4 +1,4 @@
-//! Arrays where a machine file has to have a table.
+//! Arrays in places in which a machine file has to have a table.
 //!
 //! The reader of a table also takes an array, as the table's values in the order of its keys:
 //! `limits = [0, 1]`. The schema does not, and the order is written nowhere.
@@ -8,8 +8,8 @@ use toml::de::{DeTable, DeValue};
 /// The only key that has an array.
 const ARRAY: &str = "homing.order";
 
-/// The first key with an array in place of a table, and the byte where the array begins. The caller
-/// has read the text as a machine file already.
+/// The first key with an array in place of a table, and the byte at which the array begins. The
+/// caller has read the text as a machine file already.
 pub(super) fn misplaced(text: &str) -> Option<(String, usize)> {
     in_table(DeTable::parse(text).ok()?.get_ref(), "")
 }

@@ -14,12 +14,12 @@ use toml::Spanned;
 /// The values that a setting can hold at all.
 const VALUES: RangeInclusive<f64> = -9e9..=9e9;
 
-/// How often all settings are tried: some are refused until another one is set.
+/// The number of times that all settings are tried: some are refused until another one is set.
 const PASSES: usize = 2;
 
 impl Profile {
-    /// Where this machine's first settings differ from a stock Grbl's, in the order in which they
-    /// take effect.
+    /// Returns the first settings of this machine that differ from a stock Grbl's, in the order in
+    /// which they take effect.
     pub fn first_settings(&self) -> Vec<Entry> {
         self.named_settings().iter().map(entry).collect()
     }

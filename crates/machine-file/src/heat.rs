@@ -133,7 +133,7 @@ const BED: Usual = Usual {
     cools: 300.0,
 };
 
-/// How far from the target a heater is switched, K.
+/// The distance from the target at which a heater is switched, K.
 const HYSTERESIS: f32 = 2.0;
 
 /// The sensors' reference voltage, V.
