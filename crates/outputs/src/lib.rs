@@ -70,7 +70,7 @@ impl<P: OutputPort> Outputs<P> {
         outputs
     }
 
-    /// The levels now, one bit for each output.
+    /// Returns the levels now, one bit for each output.
     pub fn levels(&self) -> u8 {
         self.port.levels() & self.config.all()
     }
