@@ -116,7 +116,7 @@ impl Alone {
         read
     }
 
-    /// Runs the machine up to `now`, or by at most `SLICE` where it is behind.
+    /// Runs the machine up to `now`, or by at most `SLICE` if it is behind.
     pub fn go(&mut self, now: Duration) {
         let desk = &mut self.desk;
         let end = self.pace.due(now).min(desk.now() + SLICE);
@@ -131,12 +131,12 @@ impl Alone {
         self.pages.show(desk, now);
     }
 
-    /// The flash memory, if it has changed since the last call.
+    /// Returns the flash memory, if it has changed since the last call.
     pub fn changed_memory(&mut self) -> Option<&[u8]> {
         self.flash.changed().then(|| self.flash.bytes())
     }
 
-    /// The next frame for the page.
+    /// Returns the next frame for the page.
     pub fn next_frame(&mut self) -> Option<Vec<u8>> {
         self.frames.try_recv().ok()
     }

@@ -5,7 +5,7 @@ use crate::key::Key;
 use leadscrew_sim::clock::{cycles_of_micros, Cycle};
 use leadscrew_sim::plant::Pin;
 
-/// How long a button is pressed, cycles.
+/// The time for which a button is pressed, cycles.
 const PRESS: u64 = cycles_of_micros(100_000);
 
 /// The pressed switches. Inputs are low while a switch is pressed.

@@ -57,7 +57,7 @@ impl<'m> Desk<'m> {
         self.machine.wait_until(wires, end);
     }
 
-    /// The level of an input.
+    /// Returns the level of an input.
     pub fn level(&self, pin: Pin) -> bool {
         let levels = self.levels();
         match pin {
@@ -70,17 +70,17 @@ impl<'m> Desk<'m> {
         }
     }
 
-    /// The number of motors: one for each axis, and a second one where there is one.
+    /// Returns the number of motors: one for each axis, and a second one if there is one.
     pub fn motors(&self) -> usize {
         self.motors
     }
 
-    /// The trail of the tool.
+    /// Returns the trail of the tool.
     pub fn trail(&self) -> RefMut<'_, Trail> {
         self.trail.borrow_mut()
     }
 
-    /// All settings with their names and limits, as pages get them.
+    /// Returns all settings with their names and limits, as pages get them.
     pub fn settings_table(&self) -> Value {
         let one = |(key, line): &(Key, String)| {
             let row = key.row();
@@ -107,7 +107,7 @@ impl<'m> Desk<'m> {
         }
     }
 
-    /// All settings as `$$` prints them, including those beyond Grbl's.
+    /// Returns all settings as `$$` prints them, including those beyond Grbl's.
     pub fn settings_text(&self) -> String {
         let settings = self.settings().into_iter();
         settings.map(|(_, line)| line + "\n").collect()

@@ -91,7 +91,7 @@ static DOCUMENT: LazyLock<String> = LazyLock::new(|| {
     compose(PAGE, &own).replace(DATA, "")
 });
 
-/// The document; its scripts run where the answer's headers allow scripts with this `nonce`.
+/// Returns the document; its scripts run if the answer's headers allow scripts with this `nonce`.
 pub fn document(nonce: &str) -> String {
     DOCUMENT.replace(NONCE, nonce)
 }
@@ -103,11 +103,11 @@ pub struct Playback<'a> {
     pub title: &'a str,
     /// One line of figures.
     pub summary: &'a str,
-    /// What the tool does to the material: `cut` or `extruded`.
+    /// The tool's work on the material: `cut` or `extruded`.
     pub work: &'a str,
-    /// Whether `power` of the moves is a laser's power.
+    /// True if `power` of the moves is a laser's power.
     pub is_laser: bool,
-    /// The moves, [`Drawn`](leadscrew_sim::scene::Drawn)s; the first is where the path begins.
+    /// The moves, [`Drawn`](leadscrew_sim::scene::Drawn)s; the first is the beginning of the path.
     pub moves: &'a [u8],
     /// The lengths of the moves along all axes, mm; f32, little-endian.
     pub lengths: &'a [u8],
@@ -117,7 +117,7 @@ pub struct Playback<'a> {
 }
 
 impl Playback<'_> {
-    /// The document.
+    /// Returns the document.
     pub fn document(&self) -> String {
         let facts = json!({
             "title": self.title,
@@ -150,7 +150,7 @@ pub struct Standalone<'a> {
 }
 
 impl Standalone<'_> {
-    /// The document.
+    /// Returns the document.
     pub fn document(&self) -> String {
         let own: Vec<Module> = MACHINE.into_iter().chain([WORKERS]).collect();
         let data = [

@@ -38,13 +38,13 @@ pub(crate) enum Tag {
     Check = 8,
     /// The output of `leadscrew profile --json` for the job.
     Profile = 9,
-    /// How much of the job has been timed, in percent, as text.
+    /// The share of the job that has been timed, in percent, as text.
     Progress = 10,
     /// All settings, as JSON.
     Settings = 11,
     /// The G-code that was made of a dropped file of another machine, or why there is none, as JSON.
     Taken = 12,
-    /// What brings the machine to a line of the job, or why nothing does, as JSON.
+    /// The way to a line of the job, or the reason why there is none, as JSON.
     Rest = 13,
     /// The plain lines of a program, or why there are none, as JSON.
     Plain = 14,

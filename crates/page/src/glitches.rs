@@ -7,15 +7,15 @@ use leadscrew_sim::clock::{cycles_of_micros, Cycle, CPU_HZ};
 use leadscrew_sim::plant::Pin;
 use leadscrew_sim::profile::Profile;
 
-/// How long a glitch lasts where the file does not say, microseconds.
+/// The length of a glitch if the file does not say, microseconds.
 const GLITCH_US: u16 = 5;
 
 /// Draws the instants and inputs of glitches.
 #[derive(Clone, Debug)]
 pub struct Glitches {
-    /// Mean time between two glitches, cycles; `None` where there are none.
+    /// Mean time between two glitches, cycles; `None` if there are none.
     mean: Option<f64>,
-    /// How long a glitch lasts, cycles.
+    /// The length of a glitch, cycles.
     width: u64,
     /// State of the generator: xorshift64 (Marsaglia 2003), never 0.
     random: u64,

@@ -3,8 +3,8 @@
 use leadscrew_sim::clock::{Cycle, CPU_HZ};
 use std::time::Duration;
 
-/// How far the simulation may fall behind. After that the lost time is skipped, so that the machine
-/// does not run too fast to catch up.
+/// The time by which the simulation may fall behind. After that the lost time is skipped, so that
+/// the machine does not run too fast to catch up.
 const PATIENCE: Duration = Duration::from_millis(250);
 
 /// Ties the simulation's clock to the wall's.
@@ -23,7 +23,7 @@ impl Pace {
         Self { speed, wall, cycle }
     }
 
-    /// Where the simulation should be at `wall`.
+    /// Returns the cycle that the simulation should have reached at `wall`.
     pub fn due(&self, wall: Duration) -> Cycle {
         self.cycle + self.cycles(wall.saturating_sub(self.wall))
     }
@@ -39,7 +39,7 @@ impl Pace {
         hopeless
     }
 
-    /// The cycles that are simulated in `time` of the wall clock.
+    /// Returns the cycles that are simulated in `time` of the wall clock.
     pub fn cycles(&self, time: Duration) -> u64 {
         (time.as_secs_f64() * self.speed * CPU_HZ as f64) as u64
     }

@@ -22,10 +22,10 @@ use leadscrew_sim::scene::MOVE_BYTES;
 use serde_json::{json, Value};
 use std::time::Duration;
 
-/// How often pages get the machine's state.
+/// The time after which pages get the machine's state again.
 const SHOW: Duration = Duration::from_millis(45);
 
-/// How often the settings are checked for changes.
+/// The time between two checks of the settings for changes.
 const LOOK: Duration = Duration::from_millis(500);
 
 /// Moves in one frame at most.
@@ -87,7 +87,7 @@ struct Known {
 
 /// All pages.
 pub struct Pages {
-    /// The channel on which pages move the machine; `None` where the machine has none left.
+    /// The channel on which pages move the machine; `None` if the machine has none left.
     channel: Option<usize>,
     all: Vec<Page>,
     known: Known,
@@ -224,7 +224,7 @@ impl Pages {
         }
     }
 
-    /// The channel on which pages move the machine.
+    /// Returns the channel on which pages move the machine.
     pub fn channel(&self) -> Option<usize> {
         self.channel
     }
@@ -330,14 +330,14 @@ fn lines(begun: &mut Vec<u8>, bytes: &[u8]) -> Vec<String> {
     ended
 }
 
-/// What the machine has said about its state: for pages that come later, too.
+/// The words of the machine about its state: for pages that come later, too.
 #[derive(Default)]
 struct Heard {
     /// `ALARM:1`, as long as the machine is locked.
     alarm: String,
     /// The text of the message that came with the state, such as `Reset to continue`.
     message: String,
-    /// Whether the message has come since the last look at the state.
+    /// True if the message has come since the last look at the state.
     is_new: bool,
     /// The state of the last look, without its phase.
     state: &'static str,
@@ -383,7 +383,7 @@ fn key_of(number: u8) -> Option<Key> {
     }
 }
 
-/// The first message to a page: the description of the machine.
+/// Returns the first message to a page: the description of the machine.
 pub fn hello(profile: &Profile, channel: Option<usize>) -> Value {
     let axes: Vec<String> = profile.letters().iter().map(char::to_string).collect();
     let second = profile
@@ -412,7 +412,7 @@ mod tests {
         frames
     }
 
-    /// Whether the last role that was sent to a page lets it move the machine.
+    /// Returns true if the last role that was sent to a page lets it move the machine.
     fn controls(frames: &std::sync::mpsc::Receiver<Vec<u8>>) -> bool {
         let roles = frames
             .try_iter()

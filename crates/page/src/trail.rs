@@ -55,8 +55,8 @@ impl Trail {
         self.first
     }
 
-    /// How many moves a carriage at `position` (mm) has finished; and the line of the move under
-    /// way, 0 for none.
+    /// Returns how many moves a carriage at `position` (mm) has finished; and the line of the move
+    /// under way, 0 for none.
     pub fn progress(&mut self, position: [f32; 3]) -> (u32, u32) {
         while self.done < self.joined && self.is_passed(self.done, position) {
             self.done += 1;
@@ -65,7 +65,7 @@ impl Trail {
         (self.done, under_way)
     }
 
-    /// The moves from number `from` on, in the layout of pages, at most `most` of them.
+    /// Returns the moves from number `from` on, in the layout of pages, at most `most` of them.
     pub fn bytes(&self, from: u32, most: usize) -> Vec<u8> {
         let mut bytes = Vec::new();
         let skipped = from.saturating_sub(self.first) as usize;
@@ -129,7 +129,7 @@ impl Trail {
         self.moves.get(number.checked_sub(self.first)? as usize)
     }
 
-    /// Whether a carriage at `position` has passed the end of move `number`.
+    /// Returns true if a carriage at `position` has passed the end of move `number`.
     fn is_passed(&self, number: u32, position: [f32; 3]) -> bool {
         let before = number.checked_sub(1).and_then(|number| self.get(number));
         let (Some(from), Some(one)) = (before, self.get(number)) else {

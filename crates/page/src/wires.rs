@@ -11,7 +11,7 @@ use std::collections::VecDeque;
 #[derive(Debug, Default)]
 struct Wire {
     waiting: VecDeque<u8>,
-    /// The number of waiting bytes that a client had sent before it disconnected; `None` where no
+    /// The number of waiting bytes that a client had sent before it disconnected; `None` if no
     /// client has disconnected.
     gone: Option<usize>,
     /// Bytes that the machine has taken since the last call of [`Wires::taken`].
@@ -38,7 +38,7 @@ impl Wires {
         Self((0..count).map(|_| Wire::default()).collect())
     }
 
-    /// The number of lines.
+    /// Returns the number of lines.
     pub fn count(&self) -> usize {
         self.0.len()
     }
@@ -73,17 +73,17 @@ impl Wires {
         wire.gone = None;
     }
 
-    /// Whether bytes wait to go to the machine.
+    /// Returns true if bytes wait to go to the machine.
     pub fn wait(&self) -> bool {
         self.0.iter().any(|wire| !wire.waiting.is_empty())
     }
 
-    /// How many bytes of clients the machine has taken since the last call.
+    /// Returns how many bytes of clients the machine has taken since the last call.
     pub fn taken(&mut self, line: usize) -> usize {
         std::mem::take(&mut self.0[line].taken)
     }
 
-    /// The machine's output since the last call.
+    /// Returns the machine's output since the last call.
     pub fn written(&mut self, line: usize) -> Vec<u8> {
         std::mem::take(&mut self.0[line].written)
     }
