@@ -77,7 +77,7 @@ fn feed(target: [Coordinate; 3]) -> Move<3> {
     }
 }
 
-/// How long a segment lasts: `p·n + d·n(n−1)/2`.
+/// Returns how long a segment lasts: `p·n + d·n(n−1)/2`.
 fn counts(segment: &Segment<3>) -> f64 {
     let ticks = f64::from(segment.ticks.get());
     let change = segment.interval_change.to_num::<f64>();

@@ -1,4 +1,4 @@
-//! Where a line continues as a curve in short lines, no axis accelerates more than its setting. The
+//! If a line continues as a curve in short lines, no axis accelerates more than its setting. The
 //! motors are checked: the second difference of the places at the step edges.
 //!
 //! An axis whose acceleration is `a` at most has `|x(t−h) − 2·x(t) + x(t+h)| ≤ a·h²`. The three
@@ -35,7 +35,7 @@ struct Lead {
     sweep: f64,
     piece: f64,
     steps_per_mm: i64,
-    /// mm/s².
+    /// The acceleration of the axes, mm/s².
     acceleration: f32,
     deviation: f32,
 }

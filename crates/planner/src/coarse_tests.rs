@@ -39,11 +39,11 @@ struct Job {
 /// 5.
 const MEASURE: f64 = 1.05;
 
-/// How far chords stray from their curves at most, mm.
+/// The greatest distance of chords from their curves, mm.
 const STRAYS: f64 = 0.0005;
 
-/// How far points are rounded, mm. Four times both is in a second difference without acceleration:
-/// two axes with 1200 steps/mm each need as much.
+/// The distance by which points are rounded, mm. Four times both is in a second difference without
+/// acceleration: two axes with 1200 steps/mm each need as much.
 const ROUNDED: f64 = 0.0005;
 
 /// The least radius of a wave, mm.

@@ -18,7 +18,7 @@ pub(crate) const SLOWEST: f32 = 1.0 / 60.0;
 /// slowed down, so that segments do not run out (measured: `docs/benchmarks.md`, Lasers).
 pub(crate) const PIXELS_A_SECOND: f32 = 12_500.0;
 
-/// The bound of the speed where the direction changes.
+/// The bound of the speed at changes of direction.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum CornerRule {
@@ -41,11 +41,11 @@ pub struct Config<const AXES: usize> {
     pub acceleration: [f32; AXES],
     /// Highest jerk along the path, mm/s³; 0 for no limit.
     pub jerk: f32,
-    /// How far the circle that sets a corner's speed stays away from the corner, mm.
+    /// The distance between a corner and the circle that sets its speed, mm.
     pub junction_deviation: f32,
     /// The bound of the speed at corners and on curves.
     pub corner_rule: CornerRule,
-    /// How far a chord may stay away from its arc, mm. For callers that make [`crate::Arc`]s.
+    /// The greatest distance of a chord from its arc, mm. For callers that make [`crate::Arc`]s.
     pub arc_tolerance: f32,
     /// Counts of the step timer in a second.
     pub timer_hz: u32,
@@ -101,9 +101,9 @@ impl<const AXES: usize> Config<AXES> {
         Ease::new(self.jerk * MARGIN, &rates, &accelerations, finest)
     }
 
-    /// The longest time that any motion takes to stop, seconds. It is the time of the axis that
-    /// takes longest by itself: no path of several axes takes longer. The machine asks how much
-    /// motion is to wait in the queue.
+    /// Returns the longest time that any motion takes to stop, seconds. It is the time of the axis
+    /// that takes longest by itself: no path of several axes takes longer. The machine asks how
+    /// much motion is to wait in the queue.
     pub fn longest_stop(&self) -> f32 {
         let ease = self.ease();
         let (most, mean) = ease.map_or((f32::INFINITY, 0.0), |ease| {
@@ -152,11 +152,11 @@ pub(crate) const MARGIN: f32 = 1.0 - 1.0 / (1 << 19) as f32;
 /// [`MARGIN`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Limits<const AXES: usize> {
-    /// 1/rate, s/mm.
+    /// The inverse of each highest rate, s/mm.
     pub(crate) per_rate: [f32; AXES],
-    /// mm/s².
+    /// The highest acceleration of each axis, mm/s².
     pub(crate) acceleration: [f32; AXES],
-    /// 1/acceleration, s²/mm.
+    /// The inverse of each acceleration, s²/mm.
     pub(crate) per_acceleration: [f32; AXES],
     /// 1/acceleration of the weakest axis, s²/mm.
     pub(crate) per_weakest: f32,
@@ -164,7 +164,7 @@ pub(crate) struct Limits<const AXES: usize> {
     pub(crate) half_step: [f32; AXES],
     /// The axis with the coarsest steps.
     pub(crate) coarsest: usize,
-    /// Whether an axis has coarse steps beside another one (see `coarse`).
+    /// True if an axis has coarse steps beside another one (see `coarse`).
     pub(crate) is_uneven: bool,
     /// Highest step rate of a motor, steps/s.
     pub(crate) step_rate: f32,
@@ -270,12 +270,12 @@ impl SpeedUnit {
         }
     }
 
-    /// Whole units in `v2` mm²/s², rounded down; `u32::MAX` where there are more.
+    /// Whole units in `v2` mm²/s², rounded down; `u32::MAX` if there are more.
     pub(crate) fn units(self, v2: f32) -> u32 {
         (v2 * self.per_mm2) as u32
     }
 
-    /// `units` in mm²/s².
+    /// Returns `units` in mm²/s².
     pub(crate) fn v2(self, units: u32) -> f32 {
         units as f32 * self.mm2
     }

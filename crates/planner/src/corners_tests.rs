@@ -167,8 +167,8 @@ fn two_per_cent_more_junction_deviation_is_seen_on_the_step_edges() {
     assert!(campaign(150, plant).is_err());
 }
 
-/// A curve through the corners of a polygon is `l·θ/8` from the middle of its sides. Where that is
-/// more than `$11`, the polygon has corners; where it is a tenth of that, it is a curve.
+/// A curve through the corners of a polygon is `l·θ/8` from the middle of its sides. If that is
+/// more than `$11`, the polygon has corners; if it is a tenth of that, it is a curve.
 #[test]
 fn a_polygon_has_corners_where_a_curve_would_leave_its_sides() {
     for (length, deviation, has_corners) in

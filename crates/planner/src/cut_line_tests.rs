@@ -27,9 +27,9 @@ struct Line {
     /// mm/s, the feed and the rates of the axes.
     feed: f32,
     rate: f32,
-    /// mm/s².
+    /// The acceleration of the axes, mm/s².
     acceleration: f32,
-    /// Radians.
+    /// The angle, radians.
     angle: f64,
 }
 
@@ -84,7 +84,7 @@ fn line() -> impl Strategy<Value = Line> {
 }
 
 impl Line {
-    /// Whether the path that the queue holds is enough to stop from the feed, even if three
+    /// Returns true if the path that the queue holds is enough to stop from the feed, even if three
     /// tenths of it are missing. At 800 steps/mm that path is shorter than 1024 moves of 32 steps: pieces are
     /// joined while their centre is within a sixth of a step of one line, and their ends are
     /// rounded to 0.4 steps. So it is measured.

@@ -1,7 +1,7 @@
 //! The jerk limit: how long the plan is averaged, and the acceleration that this leaves.
 //!
-//! The tool is where the plan was in the mean of the last time `T`. The acceleration of the plan
-//! changes by `2·a` at most, so the acceleration of the tool changes no faster than `2·a/T`.
+//! The tool's place is the mean of the plan's places in the last time `T`. The acceleration of the
+//! plan changes by `2·a` at most, so the acceleration of the tool changes no faster than `2·a/T`.
 
 use crate::real::{max, min, norm2, sqrt};
 

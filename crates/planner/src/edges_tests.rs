@@ -3,8 +3,8 @@
 //!
 //! An axis whose acceleration is `a` at most has `|x(t−h) − 2·x(t) + x(t+h)| ≤ a·h²`. The three
 //! places are whole steps, each off the line by half a step at most, so four steps more are
-//! allowed. Between two parts of a program there is a corner, where the speed jumps: windows with a
-//! corner in them are left out (`corners_tests` checks corners).
+//! allowed. Between two parts of a program there is a corner, at which the speed jumps: windows
+//! with a corner in them are left out (`corners_tests` checks corners).
 
 use crate::limits_tests::{program, Cut, Program};
 use crate::reference::{Rig, RigQueue};
@@ -23,7 +23,8 @@ const EVERY: f64 = 3.0;
 /// A program that takes longer than this, s, is not checked.
 const LONGEST: f64 = 10.0;
 
-/// When each axis made each step (s), the place after it, and when each part of the program began.
+/// The time of each step of each axis (s), the place after it, and the time at which each part of
+/// the program began.
 #[derive(Default)]
 pub(crate) struct Edges {
     steps: [Vec<(f64, i32)>; 2],
@@ -72,7 +73,7 @@ impl Edges {
         edges
     }
 
-    /// Where an axis stands.
+    /// Returns the place of an axis.
     pub(crate) fn at(&self, axis: usize, time: f64) -> f64 {
         let steps = &self.steps[axis];
         let after = steps.partition_point(|(at, _)| *at <= time);
@@ -110,7 +111,7 @@ impl Edges {
     }
 }
 
-/// When each axis made each step (s), and the place after it.
+/// The time of each step of each axis (s), and the place after it.
 pub(crate) struct Steps<const MOTORS: usize> {
     steps: [Vec<(f64, i32)>; MOTORS],
     end: f64,

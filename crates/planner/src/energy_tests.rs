@@ -64,7 +64,7 @@ fn worst_error(
     for next in moves(legs) {
         rig.planner.push(&next).unwrap();
     }
-    // Where motion is faster than programmed the power may reach full, in all or a part of a
+    // If motion is faster than programmed the power may reach full, in all or a part of a
     // segment, and follow no further.
     let faster = interruptions.iter().any(|(_, feed)| *feed > Some(100));
     let most = if faster { 0.8 } else { 1.1 };

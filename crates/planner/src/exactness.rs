@@ -1,4 +1,4 @@
-//! Where the edges of random moves lie, against the move's profile computed exactly.
+//! The times of the edges of random moves, against the move's profile computed exactly.
 //!
 //! `CAMPAIGN=100000 cargo test --release -p leadscrew-planner exactness -- --nocapture` runs so
 //! many moves instead of a few and prints the worst edges.
@@ -20,7 +20,7 @@ const TIMING: Timing = Timing {
     longest_segment: 1e-3,
 };
 
-/// Moves that are checked where no campaign is asked for.
+/// Moves that are checked if no campaign is asked for.
 const FEW: u32 = 150;
 
 /// Seconds that a move may take at its rate: slow steps are many segments.
@@ -35,9 +35,9 @@ const OTHERS: f64 = 5e-6;
 /// The shortest tick with pulses of 10 µs on the F407, seconds.
 const LONG_TICK: f32 = 11e-6;
 
-/// How much longer half a tick may be than the shortest tick. The speed grows by 1.08 in the
-/// segment before (`fit::GROWTH`). In a segment it changes by 12 % from the first tick to the last
-/// at most, so that the last tick is 1.06 shorter than the mean one and the first 1.06 longer.
+/// The factor by which half a tick may be longer than the shortest tick. The speed grows by 1.08 in
+/// the segment before (`fit::GROWTH`). In a segment it changes by 12 % from the first tick to the
+/// last at most, so that the last tick is 1.06 shorter than the mean one and the first 1.06 longer.
 const GROWTH: f64 = 1.08 * 1.06 * 1.06;
 
 /// The error of the ticks themselves, seconds: the largest error of the dominant motor in
@@ -84,9 +84,9 @@ struct Case {
     acceleration: f32,
     entry: f32,
     exit: f32,
-    /// Whether holds and overrides come between segments.
+    /// True if holds and overrides come between segments.
     interrupted: bool,
-    /// Seconds.
+    /// The shortest tick, seconds.
     shortest_tick: f32,
 }
 
@@ -178,7 +178,8 @@ fn times(profile: &Trapezoid) -> Times {
 /// The profiles that a move ran on, one after the other.
 #[derive(Default)]
 struct Schedule {
-    /// For each profile: the place where it begins, steps; the time there, s; the profile's times.
+    /// For each profile: the place at which it begins, steps; the time there, s; the profile's
+    /// times.
     profiles: Vec<(f64, f64, Times)>,
 }
 
@@ -260,7 +261,7 @@ struct Worst {
     dominant: f64,
     /// The worst error of the other motors.
     others: f64,
-    /// Where that is: the place (steps of the dominant motor), the interval of the dominant motor
+    /// The place of that error (steps of the dominant motor), the interval of the dominant motor
     /// there, and how late the edge is (seconds).
     place: [f64; 3],
 }

@@ -25,9 +25,9 @@ pub struct Outline<const MOTORS: usize> {
 /// The reason why the running move slows down: the place ahead that bounds its speed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Ahead {
-    /// The end of all that is queued, where motion must be able to rest.
+    /// The end of all that is queued, at which motion must be able to rest.
     QueueEnd {
-        /// Whether the queue is full, so that no further move fits.
+        /// True if the queue is full, so that no further move fits.
         full: bool,
     },
     /// A corner.
@@ -42,7 +42,7 @@ impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
-    /// The values that the last queued move was planned with; `None` where nothing is queued.
+    /// Returns the values that the last queued move was planned with; `None` if nothing is queued.
     pub fn newest(&self) -> Option<Outline<MOTORS>> {
         let planned = self.queue().newest()?;
         Some(Outline {
@@ -54,8 +54,8 @@ where
         })
     }
 
-    /// The bound of the speed at the end of the running move, or of the move that has just been
-    /// handed out.
+    /// Returns the bound of the speed at the end of the running move, or of the move that has just
+    /// been handed out.
     pub fn ahead(&self) -> Ahead {
         match self.queue().slow_start(&self.axis_limits()) {
             Some(planned) if planned.cap < planned.corner => Ahead::SlowerMove,
@@ -67,7 +67,7 @@ where
         }
     }
 
-    /// Whether the curvature bounds the speed at the start of a move, and not the corner.
+    /// Returns true if the curvature bounds the speed at the start of a move, and not the corner.
     fn is_curve(&self, planned: &PlannedMove<AXES, MOTORS>) -> bool {
         let v2 = match self.ease() {
             Some(_) => fastest(planned.law()[0]),

@@ -14,7 +14,7 @@
 //!
 //! * no axis is faster, or accelerates more, than [`Config`] allows: along the unit vector `u` of a
 //!   move the rate is `min(rate_i / |u_i|)` and the acceleration `min(acceleration_i / |u_i|)`;
-//! * corners obey *junction deviation* (see `junction`), and where the path turns, each axis has
+//! * corners obey *junction deviation* (see `junction`), and when the path turns, each axis has
 //!   its acceleration for both the turn and the change of speed (see `polygon` and `path`);
 //! * at every instant the queued path is long enough to stop on (see `lookahead`).
 //!

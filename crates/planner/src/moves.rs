@@ -7,7 +7,7 @@ use leadscrew_stepper::{OutputChange, Power};
 /// A straight move to an exact target.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Move<const AXES: usize> {
-    /// Where the move ends, machine position.
+    /// The end of the move, machine position.
     pub target: [Coordinate; AXES],
     /// The speed asked for.
     pub feed: Feed,
@@ -15,14 +15,14 @@ pub struct Move<const AXES: usize> {
     pub power: MovePower,
     /// The arc that the move is a chord of.
     pub curve: Option<Curve>,
-    /// How far the target may be from the curve that was meant, on each axis, because the program's
-    /// numbers are rounded, mm, 0 or more. A chord of an arc does not need it.
+    /// The greatest distance of the target from the curve that was meant, on each axis, because the
+    /// program's numbers are rounded, mm, 0 or more. A chord of an arc does not need it.
     pub rounding: f32,
     /// The outputs that change with the move's start: no later than its first step.
     pub outputs: OutputChange,
     /// The `N` word of the line that asked for the move.
     pub line_number: Option<u32>,
-    /// Which override applies.
+    /// The kind of the move: it says which override applies.
     pub kind: MoveKind,
 }
 
@@ -38,7 +38,7 @@ pub enum Feed {
     InverseTime(f32),
 }
 
-/// Laser or spindle power along a move, at a planned rest after the move, and where a feed hold
+/// Laser or spindle power along a move, at a planned rest after the move, and when a feed hold
 /// stops within the move.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -52,7 +52,7 @@ pub enum MovePower {
         power: Power,
     },
     /// A laser at constant power (M3). It stays on at a planned rest after the move, and is off
-    /// where a feed hold stops.
+    /// when a feed hold stops.
     Constant {
         /// Power along the move.
         power: Power,
@@ -65,7 +65,7 @@ pub enum MovePower {
 }
 
 impl MovePower {
-    /// The power that the program asks for along the move, at its programmed feed.
+    /// Returns the power that the program asks for along the move, at its programmed feed.
     pub fn programmed(self) -> Power {
         match self {
             Self::Off => Power::OFF,
@@ -99,7 +99,7 @@ impl MovePower {
         }
     }
 
-    /// Power where a feed hold has stopped.
+    /// Power when a feed hold has stopped.
     pub(crate) fn held(self) -> Power {
         match self {
             Self::Off | Self::Dynamic { .. } | Self::Constant { .. } => Power::OFF,
@@ -130,7 +130,7 @@ pub(crate) struct PlannedMove<const AXES: usize, const MOTORS: usize> {
     pub(crate) power: MovePower,
     /// Length of the path, mm.
     pub(crate) length: f32,
-    /// Acceleration along the path where the path is straight, mm/s².
+    /// Acceleration along the path if the path is straight, mm/s².
     pub(crate) acceleration: f32,
     /// Highest speed along the path whatever the override, mm/s.
     pub(crate) rate: f32,
@@ -153,16 +153,17 @@ pub(crate) struct PlannedMove<const AXES: usize, const MOTORS: usize> {
     pub(crate) entry: u32,
     pub(crate) line_number: u32,
     pub(crate) outputs: OutputChange,
-    /// How many pixels of the pool belong to this move. A pixel is a change of power within a move.
+    /// The number of pixels of the pool that belong to this move. A pixel is a change of power
+    /// within a move.
     pub(crate) pixels: u16,
     pub(crate) kind: MoveKind,
     /// The share of the coarsest axis in the direction, in 1/127, if its steps are too coarse to
     /// tell (see `coarse`); 0: the steps tell the direction.
     pub(crate) coarse: i8,
-    /// Whether some of the move's pixels are rapids. Then the rapid override bounds the move's
+    /// True if some of the move's pixels are rapids. Then the rapid override bounds the move's
     /// speed, too.
     pub(crate) has_gaps: bool,
-    /// Whether `entry` would be higher if motion could go on after the last planned move.
+    /// True if `entry` would be higher if motion could go on after the last planned move.
     pub(crate) bound_by_end: bool,
 }
 
@@ -216,12 +217,12 @@ impl<const AXES: usize, const MOTORS: usize> PlannedMove<AXES, MOTORS> {
         self.events() as f32 / self.length
     }
 
-    /// Whether the path goes straight on from the move before it, or has a corner there.
+    /// Returns true if the path goes straight on from the move before it, or has a corner there.
     pub(crate) fn is_straight(&self) -> bool {
         self.reach == 0.0
     }
 
-    /// Whether it begins at a corner or at rest.
+    /// Returns true if it begins at a corner or at rest.
     pub(crate) fn has_corner(&self) -> bool {
         self.is_straight() && self.corner < u32::MAX
     }
@@ -256,7 +257,7 @@ impl<const AXES: usize, const MOTORS: usize> PlannedMove<AXES, MOTORS> {
         }
     }
 
-    /// Whether `of` is a straight move that differs from this one only in its target.
+    /// Returns true if `of` is a straight move that differs from this one only in its target.
     pub(crate) fn goes_on_with(&self, of: &Move<AXES>) -> bool {
         self.pixels == 0
             && of.curve.is_none()

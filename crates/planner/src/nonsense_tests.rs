@@ -47,7 +47,7 @@ fn moves() -> Vec<Move<2>> {
     ends.map(|(x, y)| to(x, y, 10.0)).into()
 }
 
-/// Why the moves are refused; otherwise follows their motion.
+/// Returns why the moves are refused; otherwise follows their motion.
 fn refusal(config: Config<2>, moves: &[Move<2>]) -> Option<String> {
     let (mut queue, mut pixels) = (
         crate::Queue::<2, 2, 16>::new(),

@@ -1,4 +1,4 @@
-//! Outputs change where their move begins, whatever becomes of the moves around it: rows, joined
+//! Outputs change when their move begins, whatever becomes of the moves around it: rows, joined
 //! short moves, corners.
 
 use crate::reference::{to, Rig, RigQueue};
@@ -7,7 +7,7 @@ use leadscrew_stepper::{OutputChange, Power};
 use proptest::prelude::*;
 use std::vec::Vec;
 
-/// The place where an output changes, steps, and its new level.
+/// The place at which an output changes, steps, and its new level.
 type Change = ([i32; 2], OutputChange);
 
 /// A program: the way of each move in steps, the output that changes with it, and whether a laser

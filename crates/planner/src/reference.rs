@@ -151,7 +151,7 @@ impl RigQueue {
 }
 
 /// An interruption of motion: the number of segments before it, and a feed override (per cent); a
-/// hold where that is `None`.
+/// hold if that is `None`.
 pub(crate) type Interruption = (usize, Option<u8>);
 
 /// A machine of two axes, whose queue is kept as full as possible.
@@ -170,7 +170,7 @@ impl<'q> Rig<'q> {
         }
     }
 
-    /// Plays one segment and returns it; `None` where there is none.
+    /// Plays one segment and returns it; `None` if there is none.
     pub(crate) fn step(&mut self) -> Option<Segment<2>> {
         let segment = self.segmenter.next(&mut self.planner)?;
         self.player.play(&segment);

@@ -146,8 +146,8 @@ impl<const AXES: usize> Move<AXES> {
     }
 }
 
-/// Whether a number is above 0 and finite: its bits lie between those of 0 and those of infinity,
-/// which one comparison tells.
+/// Returns true if a number is above 0 and finite: its bits lie between those of 0 and those of
+/// infinity, which one comparison tells.
 fn is_positive(number: f32) -> bool {
     number.to_bits().wrapping_sub(1) < f32::INFINITY.to_bits() - 1
 }
@@ -182,7 +182,7 @@ impl Overrides {
     }
 }
 
-/// `error`, unless `holds`.
+/// Returns `error`, unless `holds`.
 fn ensure<E>(holds: bool, error: E) -> Result<(), E> {
     holds.then_some(()).ok_or(error)
 }

@@ -37,7 +37,7 @@
 //! window (see `window`) until their curvature is known.
 //!
 //! Everything is in whole [`SpeedUnit`](crate::config::SpeedUnit)s: gains and caps are rounded
-//! down, so no plan needs more than the limits; where `α` is 1, as on straight lines, sums are
+//! down, so no plan needs more than the limits; if `α` is 1, as on straight lines, sums are
 //! exact.
 //!
 //! An override changes all caps. That is done a few moves at a time, beginning at the running move.
@@ -69,7 +69,7 @@ pub(crate) const fn most_moves(blocks: usize) -> usize {
     (blocks / 2) << MOST_BITS
 }
 
-/// Binary logarithm of the number of moves in a block: of sixteen, or of more where there are more
+/// Binary logarithm of the number of moves in a block: of sixteen, or of more if there are more
 /// than eight moves for each block.
 fn block_bits(moves: usize, blocks: usize) -> u32 {
     let mut bits = 4;
@@ -98,10 +98,10 @@ impl Block {
     };
 }
 
-/// By how much moves can brake.
+/// Tells by how much moves can brake.
 pub(crate) trait Braking<const AXES: usize, const MOTORS: usize> {
-    /// By how much the squared speed (units) can fall over a move that ends at the squared speed
-    /// `v2`. `after` is the move after it, if there is one.
+    /// Returns by how much the squared speed (units) can fall over a move that ends at the squared
+    /// speed `v2`. `after` is the move after it, if there is one.
     fn gain(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
@@ -113,7 +113,7 @@ pub(crate) trait Braking<const AXES: usize, const MOTORS: usize> {
     /// whatever the overrides.
     fn ends(&self, planned: &PlannedMove<AXES, MOTORS>, after: &PlannedMove<AXES, MOTORS>) -> Ends;
 
-    /// Whether the jerk is limited. Then the methods below are asked, and not those above.
+    /// Returns true if the jerk is limited. Then the methods below are asked, and not those above.
     fn is_eased(&self) -> bool;
 
     /// As [`Braking::gain`] for the move at `index` of `path`, with the limits of the moves near it;
@@ -131,7 +131,7 @@ pub(crate) trait Braking<const AXES: usize, const MOTORS: usize> {
 pub(crate) struct Near {
     /// The highest squared speed at its start, units.
     pub(crate) start: u32,
-    /// What to keep with the move (see [`PlannedMove::near`]).
+    /// The values to keep with the move (see [`PlannedMove::near`]).
     pub(crate) kept: Option<([f32; 2], f32)>,
 }
 
@@ -148,7 +148,7 @@ impl<const AXES: usize, const MOTORS: usize> Path<'_, AXES, MOTORS> {
         self.moves.get(index).filter(|_| index < self.settled)
     }
 
-    /// Whether motion rests at the end of the last move, whatever comes after it.
+    /// Returns true if motion rests at the end of the last move, whatever comes after it.
     pub(crate) const fn ends(&self) -> bool {
         self.is_closed
     }
@@ -185,12 +185,12 @@ pub(crate) struct LookAhead<'q, const AXES: usize, const MOTORS: usize> {
     block_bits: u32,
     /// Number of the first move, modulo 2¹⁶.
     first: u16,
-    /// Whether the first move runs: its start no longer limits anything.
+    /// True if the first move runs: its start no longer limits anything.
     running: bool,
     /// With a jerk limit: how many moves, from the first one on, the plan has passed. Segments of
     /// them are still to be made.
     behind: usize,
-    /// How many moves, from the first one on, are in the plan.
+    /// The number of moves, from the first one on, that are in the plan.
     planned: usize,
     /// The turns at the starts of how many moves are known. Without a jerk limit these moves are in
     /// the plan.
@@ -231,22 +231,22 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         }
     }
 
-    /// How many moves are queued, the running one included.
+    /// Returns how many moves are queued, the running one included.
     pub(crate) fn len(&self) -> usize {
         self.moves.storage_len()
     }
 
-    /// How many moves there is room for.
+    /// Returns how many moves there is room for.
     pub(crate) fn capacity(&self) -> usize {
         self.moves.storage_capacity()
     }
 
-    /// How many moves are planned that do not run.
+    /// Returns how many moves are planned that do not run.
     pub(crate) fn waiting(&self) -> usize {
         self.planned.saturating_sub(self.begun())
     }
 
-    /// How many moves the plan has begun, from the first one on.
+    /// Returns how many moves the plan has begun, from the first one on.
     const fn begun(&self) -> usize {
         self.behind + self.running as usize
     }
@@ -305,7 +305,7 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         self.settled += 1;
     }
 
-    /// Whether some queued move is not planned.
+    /// Returns true if some queued move is not planned.
     pub(crate) fn is_unplanned(&self) -> bool {
         self.planned < self.moves.storage_len()
     }
@@ -316,7 +316,7 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         [before, Some(self.settled)].map(|index| self.moves.get(index?))
     }
 
-    /// Whether the turns of all moves are known.
+    /// Returns true if the turns of all moves are known.
     pub(crate) fn is_settled(&self) -> bool {
         self.settled == self.moves.storage_len()
     }
@@ -457,8 +457,8 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         self.next().map_or(0, |next| next.entry)
     }
 
-    /// Whether [`LookAhead::exit_limit`] would be higher if motion could go on after the last
-    /// planned move.
+    /// Returns true if [`LookAhead::exit_limit`] would be higher if motion could go on after the
+    /// last planned move.
     pub(crate) fn is_bound_by_end(&self) -> bool {
         self.next().is_none_or(|next| next.bound_by_end)
     }
@@ -489,7 +489,7 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         self.renewed = Some(self.behind);
     }
 
-    /// Whether caps are being changed for new overrides.
+    /// Returns true if caps are being changed for new overrides.
     pub(crate) const fn is_renewing(&self) -> bool {
         self.renewed.is_some()
     }
@@ -561,7 +561,7 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
 
 impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
     /// Finds anew how fast the planned moves may begin, as far as that has changed: block by block
-    /// from the end of the plan backwards, then move by move up to the running move. It stops where
+    /// from the end of the plan backwards, then move by move up to the running move. It stops when
     /// the speeds are as they were.
     pub(crate) fn find(&mut self, braking: &impl Braking<AXES, MOTORS>) {
         let next = self.begun();
@@ -684,13 +684,13 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
         braking.eased_ends(&self.path(), index)
     }
 
-    /// Whether the speed at the start of a block was found the last time.
+    /// Returns true if the speed at the start of a block was found the last time.
     fn was_found(&self, block: u16) -> bool {
         let start = (block << self.block_bits).wrapping_sub(self.first);
         usize::from(start) < self.known(self.found)
     }
 
-    /// The index of the move with this number; 0 where that move has gone.
+    /// The index of the move with this number; 0 if that move has gone.
     fn known(&self, number: u16) -> usize {
         (number.wrapping_sub(self.first) as i16).max(0) as usize
     }

@@ -1,13 +1,14 @@
-//! How the squared speed at the start of a move follows from the squared speed at its end, and how
-//! such maps are composed (see `lookahead`).
+//! Maps from the squared speed at the end of a move to the squared speed at its start, and their
+//! composition (see `lookahead`).
 
-/// How fast a move may end, and by how much it can brake before that. Squared speeds in units.
+/// The highest speed at which a move may end, and by how much it can brake before that. Squared
+/// speeds in units.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Ends {
     /// The highest squared speed at the move's end.
     pub(crate) top: u32,
-    /// By how much the squared speed can be higher at the start than at the end: for an end at
-    /// rest, and for an end at `top`.
+    /// The amount by which the squared speed can be higher at the start than at the end: for an end
+    /// at rest, and for an end at `top`.
     pub(crate) gains: [u32; 2],
 }
 
@@ -25,7 +26,7 @@ pub(super) struct Map {
 pub(super) struct Reach {
     /// The squared speed, in units.
     pub(super) v2: u32,
-    /// Whether it would be higher if motion could go on after the last planned move.
+    /// True if it would be higher if motion could go on after the last planned move.
     pub(super) bound_by_end: bool,
 }
 

@@ -43,7 +43,7 @@ impl<const AXES: usize, const MOTORS: usize, const MOVES: usize, const BLOCKS: u
     /// Compile-time check: `BLOCKS` are enough for `MOVES` moves.
     const FITS: () = assert!(BLOCKS.is_power_of_two() && MOVES > 0 && MOVES <= most_moves(BLOCKS));
 
-    /// An empty queue.
+    /// Makes an empty queue.
     pub const fn new() -> Self {
         let () = Self::FITS;
         Self {
@@ -75,7 +75,7 @@ impl<const AXES: usize, const MOTORS: usize, const MOVES: usize> SmallQueue<AXES
     /// Compile-time check: two blocks hold all moves, wherever in its block the first move lies.
     const FITS: () = assert!(MOVES > 0 && MOVES <= 16);
 
-    /// An empty queue.
+    /// Makes an empty queue.
     pub const fn new() -> Self {
         let () = Self::FITS;
         Self {
@@ -131,7 +131,7 @@ impl<'q, const AXES: usize, const MOTORS: usize, const MOVES: usize>
 pub struct PixelQueue<const PIXELS: usize>(pub(crate) Deque<Packed, PIXELS>);
 
 impl<const PIXELS: usize> PixelQueue<PIXELS> {
-    /// An empty queue.
+    /// Makes an empty queue.
     pub const fn new() -> Self {
         Self(Deque::new())
     }

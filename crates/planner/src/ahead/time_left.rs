@@ -31,7 +31,7 @@ pub struct TimeLeft {
 }
 
 impl TimeLeft {
-    /// The time added up so far, s.
+    /// Returns the time added up so far, s.
     pub const fn seconds(&self) -> f32 {
         self.seconds
     }

@@ -64,7 +64,7 @@ const EVEN: f32 = 1.0;
 const GROWTH: f32 = 1.08;
 
 /// The least smoothing that brings the steps of other motors within 5 µs, or within a sixteenth of
-/// a step if that is more, of the true line. Where ticks would be closer than `shortest_tick`, the
+/// a step if that is more, of the true line. If ticks would be closer than `shortest_tick`, the
 /// smoothing is less. The steps of the segment take `interval` seconds each in the mean.
 ///
 /// `evenness` is the segment's lowest speed as a share of its mean one. It is 0 for a step out of
@@ -160,7 +160,8 @@ impl Carry {
         Interval::from_bits(made)
     }
 
-    /// How late the segments so far are, counts (less than 2¹⁵), rounded down to 2⁻¹⁶ counts.
+    /// Returns how late the segments so far are, counts (less than 2¹⁵), rounded down to 2⁻¹⁶
+    /// counts.
     pub(crate) const fn late(self) -> f32 {
         (-self.0 >> 16) as i32 as f32 / 65_536.0
     }
@@ -198,7 +199,7 @@ impl Carry {
 /// Sixteen counts: more than rounding a segment can lose, unless it is longer than 2³¹ counts.
 const LARGEST_CARRY: u64 = 16 << 32;
 
-/// `counts` as a number of 2⁻³² counts, exact; `u64::MAX` where it does not fit.
+/// `counts` as a number of 2⁻³² counts, exact; `u64::MAX` if it does not fit.
 pub(crate) fn bits(counts: f32) -> u64 {
     let whole = counts as u32;
     let rest = (counts - whole as f32) * TWO_32;

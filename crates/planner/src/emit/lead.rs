@@ -30,9 +30,9 @@ pub(crate) struct Lead {
     placed: u32,
     /// Squared speed at the end of the last move, mm²/s².
     exit_v2: f32,
-    /// Whether the plan rests, because a move or a stop has ended.
+    /// True if the plan rests, because a move or a stop has ended.
     rests: bool,
-    /// Whether the plan has moved within the time over which it is averaged.
+    /// True if the plan has moved within the time over which it is averaged.
     is_ahead: bool,
     /// The time over which the plan is averaged, seconds.
     seconds: f32,
@@ -55,13 +55,13 @@ impl Lead {
         }
     }
 
-    /// Whether the tool has not reached the plan yet.
+    /// Returns true if the tool has not reached the plan yet.
     pub(crate) const fn is_ahead(&self) -> bool {
         self.is_ahead
     }
 
-    /// Whether the plan moves, or has stood so shortly that the tool moves still. Without a jerk limit
-    /// it never does.
+    /// Returns true if the plan moves, or has stood so shortly that the tool moves still. Without a
+    /// jerk limit it never does.
     pub(crate) const fn is_under_way(&self) -> bool {
         !self.rests || self.is_ahead
     }

@@ -40,7 +40,7 @@ const AFTER_BITS: u32 = 64 - LINE_BITS - POWER_BITS;
 pub(crate) struct Packed(u64);
 
 impl Pixel {
-    /// Packs it; `None` where the steps or the line number do not fit.
+    /// Packs it; `None` if the steps or the line number do not fit.
     pub(crate) fn packed(&self) -> Option<Packed> {
         let line = match self.line_number {
             Some(number) => Some(number).filter(|number| *number < NO_LINE)?,
@@ -86,7 +86,7 @@ impl<'q> Pixels<'q> {
         self.0.storage_capacity()
     }
 
-    /// How many pixels wait.
+    /// Returns how many pixels wait.
     pub(crate) fn len(&self) -> usize {
         self.0.storage_len()
     }

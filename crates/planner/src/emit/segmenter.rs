@@ -48,7 +48,7 @@ enum Mode {
 }
 
 impl Mode {
-    /// How far the running move is to go.
+    /// Returns how far the running move is to go.
     const fn goal(self) -> Goal {
         match self {
             Self::Going => Goal::End,
@@ -76,7 +76,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
 
     /// Hands out the next segment: at most `Config::longest_segment` of motion.
     ///
-    /// Where a move ends, takes the next one from `planner`. `None` where no move is queued, or a
+    /// When a move ends, takes the next one from `planner`. `None` if no move is queued, or a
     /// hold has reached rest.
     pub fn next<K>(&mut self, planner: &mut Planner<'_, K, AXES, MOTORS>) -> Option<Segment<MOTORS>>
     where
@@ -139,7 +139,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
     /// Begins a feed hold: from the end of the segments handed out, the shortest stop on the path
     /// that acceleration allows.
     ///
-    /// The stop ends on a whole step. Where the running move is too short for the stop, the stop
+    /// The stop ends on a whole step. If the running move is too short for the stop, the stop
     /// ends in a later move. [`Segmenter::is_held`] tells when the stop has ended.
     pub fn hold(&mut self) {
         if self.mode == Mode::Going {
@@ -158,12 +158,12 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         self.plan_anew();
     }
 
-    /// Whether a feed hold has reached rest (at the end of the segments handed out).
+    /// Returns true if a feed hold has reached rest (at the end of the segments handed out).
     pub fn is_held(&self) -> bool {
         self.mode == Mode::Held
     }
 
-    /// Whether no move is under way. (More may be queued.)
+    /// Returns true if no move is under way. (More may be queued.)
     pub fn is_idle(&self) -> bool {
         self.running().is_none()
     }
@@ -201,18 +201,18 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         }
     }
 
-    /// The line number of the running move.
+    /// Returns the line number of the running move.
     pub fn line_number(&self) -> Option<u32> {
         self.running().and_then(Running::line_number)
     }
 
-    /// The profile of the running move and the place up to which it was handed out.
+    /// Returns the profile of the running move and the place up to which it was handed out.
     pub fn profile(&self) -> Option<(&Profile, Place)> {
         self.running()
             .map(|running| (running.profile(), running.here()))
     }
 
-    /// Whether motion has a speed at the end of the segments handed out.
+    /// Returns true if motion has a speed at the end of the segments handed out.
     fn is_moving(&self) -> bool {
         self.speed() > 0.0 || self.lead.is_ahead()
     }
@@ -270,7 +270,7 @@ pub const LONGEST_LEAD: u32 = 1000;
 ///
 /// Segments wait here until they cover the time that the power for the front's first tick belongs
 /// to, and no longer: a hold cannot change a segment that waits. For the same reason no more
-/// segments are taken than there is `room` for. Where ticks are so long that this time lies beyond
+/// segments are taken than there is `room` for. If ticks are so long that this time lies beyond
 /// the segments that wait, the power at the end of the last one is used.
 ///
 /// Each segment is handed out in pieces, one for each segment that its power comes from. The power
@@ -286,7 +286,7 @@ pub struct PowerLead<'a, const MOTORS: usize> {
     waiting: &'a mut DequeView<Segment<MOTORS>>,
 }
 
-/// Where a segment's power comes from.
+/// The source of a segment's power.
 struct Source {
     /// The power in the middle of the first tick.
     power: Power,
@@ -297,8 +297,8 @@ struct Source {
 }
 
 impl<'a, const MOTORS: usize> PowerLead<'a, MOTORS> {
-    /// Makes a lead of 0, which hands on each segment with its own power. Where there is a lead,
-    /// segments wait in `waiting`. Where the lead spans more segments than fit there, the last
+    /// Makes a lead of 0, which hands on each segment with its own power. If there is a lead,
+    /// segments wait in `waiting`. If the lead spans more segments than fit there, the last
     /// one's power is put out for the rest of the lead.
     pub fn new<const WAITING: usize>(waiting: &'a mut Deque<Segment<MOTORS>, WAITING>) -> Self {
         Self { lead: 0, waiting }
@@ -312,7 +312,7 @@ impl<'a, const MOTORS: usize> PowerLead<'a, MOTORS> {
     }
 
     /// Hands out the next segment. Takes from `source` the segments that its power depends on, but
-    /// none while segments of more than `room` timer counts wait already. `None` where `source` has
+    /// none while segments of more than `room` timer counts wait already. `None` if `source` has
     /// no segment and none waits.
     pub fn next(
         &mut self,
@@ -346,7 +346,7 @@ impl<'a, const MOTORS: usize> PowerLead<'a, MOTORS> {
         })
     }
 
-    /// Whether nothing waits.
+    /// Returns true if nothing waits.
     pub fn is_empty(&self) -> bool {
         self.waiting.is_empty()
     }
@@ -444,8 +444,8 @@ fn interval<const MOTORS: usize>(segment: &Segment<MOTORS>) -> u64 {
     (duration(segment) / u64::from(segment.ticks.get())).max(1)
 }
 
-/// How many of a segment's ticks have their middle less than `counts` after the middle of the
-/// first. Bounded by the ticks of a millisecond.
+/// Returns how many of a segment's ticks have their middle less than `counts` after the middle of
+/// the first. Bounded by the ticks of a millisecond.
 fn ticks_within<const MOTORS: usize>(segment: &Segment<MOTORS>, counts: u64) -> NonZeroU16 {
     let change = segment.interval_change.to_bits();
     let mut interval = segment.interval.to_bits();
@@ -463,7 +463,7 @@ fn ticks_within<const MOTORS: usize>(segment: &Segment<MOTORS>, counts: u64) -> 
     ticks
 }
 
-/// The rest of a segment after `taken` ticks; `None` where no tick is left.
+/// The rest of a segment after `taken` ticks; `None` if no tick is left.
 fn rest_of<const MOTORS: usize>(
     segment: &Segment<MOTORS>,
     taken: NonZeroU16,

@@ -43,7 +43,7 @@ fn float(x: &BigRational) -> f64 {
     x.to_f64().expect("a number")
 }
 
-/// By how much a profile changes the squared speed from its start to its end beyond its
+/// Returns by how much a profile changes the squared speed from its start to its end beyond its
 /// accelerations, as a share of the greater of the two squared speeds: the effect of rounding.
 fn joint(profile: &Trapezoid) -> f64 {
     let (entry, exit) = (exact(profile.entry_v2()), exact(profile.exit_v2()));
@@ -65,7 +65,7 @@ pub(crate) struct Leg {
     delta: [i32; 2],
     /// mm of each axis in a step of the dominant motor.
     share: [BigRational; 2],
-    /// mm.
+    /// The length, mm.
     length: f64,
     pub(crate) u: [f64; 2],
     curve: Option<Curve>,
@@ -103,7 +103,7 @@ impl Leg {
         self.share.iter().map(|share| share * share).sum()
     }
 
-    /// Whether a profile leads to its end.
+    /// Returns true if a profile leads to its end.
     pub(super) fn ends_with(&self, profile: &Trapezoid) -> bool {
         let steps = self.delta.iter().map(|steps| steps.unsigned_abs());
         steps.max() == Some(profile.end())
@@ -166,8 +166,8 @@ impl Leg {
         share(0).max(share(1))
     }
 
-    /// Whether the leg is so long that rounding hides no corner at its ends: longer than 40 of the
-    /// coarsest steps, and than half a millimetre.
+    /// Returns true if the leg is so long that rounding hides no corner at its ends: longer than 40
+    /// of the coarsest steps, and than half a millimetre.
     pub(crate) fn stands_alone(&self, limits: &Config<2>) -> bool {
         let steps = limits
             .steps_per_mm

@@ -270,7 +270,7 @@ fn keeps_its_curves(program: &Program) {
     assert!(worst.is_ok(), "{worst:?}");
 }
 
-/// Where the path turns at the end of a piece that hardly moves one axis, that axis leaves nothing
+/// If the path turns at the end of a piece that hardly moves one axis, that axis leaves nothing
 /// for braking at high speed. The piece has to end slower than its limits allow; otherwise the
 /// machine reaches the end of the program at 19 mm/s.
 #[test]

@@ -14,7 +14,7 @@ use std::vec::Vec;
 pub(super) enum Part {
     /// A straight line by `x` and `y`.
     Line { x: f64, y: f64 },
-    /// A G2 or G3: the angle on its circle where it begins (radians), its radius (mm), and the
+    /// A G2 or G3: the angle on its circle at its beginning (radians), its radius (mm), and the
     /// angle of the turn (radians).
     Arc { from: f64, radius: f64, turn: f64 },
     /// A circle as CAM cuts it, with points rounded to 3 decimals: as an arc, with the length of a
@@ -122,7 +122,7 @@ pub(crate) struct Circle {
 }
 
 impl Circle {
-    /// How far points that are rounded to three decimals may be off, mm.
+    /// The greatest error of points that are rounded to three decimals, mm.
     const ROUNDING: f64 = 0.0005;
 
     /// The two pieces as one.
@@ -135,7 +135,7 @@ impl Circle {
         })
     }
 
-    /// The curvature at both ends of a piece of this length, 1/mm, or 0 where the curve itself
+    /// The curvature at both ends of a piece of this length, 1/mm, or 0 if the curve itself
     /// ends. Points are rounded, and the path may pass them at the same distance on the other side.
     /// So over the distance to the nearer end of the curve the path may be that much straighter
     /// than the circle.
@@ -152,7 +152,7 @@ impl Circle {
 /// A move, and the circle that it was cut from.
 pub(crate) struct Cut {
     pub(crate) of: Move<2>,
-    /// Whether a part of the program begins with it.
+    /// True if a part of the program begins with it.
     pub(crate) is_first: bool,
     pub(super) circle: Option<Circle>,
 }
@@ -274,7 +274,7 @@ impl Program {
     }
 }
 
-/// To 3 decimals.
+/// Rounds to three decimals.
 fn rounded(x: f64) -> f64 {
     (x * 1000.0).round() / 1000.0
 }

@@ -78,7 +78,7 @@ impl<const AXES: usize> Arc<AXES> {
     ///
     /// `offset` leads from the start to the centre along the two axes of `plane` (first and second,
     /// so that counter-clockwise is from first to second); all other axes move in proportion.
-    /// `tolerance` is in mm. Where the ends coincide in the plane, the arc is a full circle.
+    /// `tolerance` is in mm. If the ends coincide in the plane, the arc is a full circle.
     ///
     /// # Errors
     /// [`ArcError`]: the plane or the tolerance is none.
@@ -120,8 +120,8 @@ impl<const AXES: usize> Arc<AXES> {
         })
     }
 
-    /// The same arc with this many whole turns before it, which the other axes share. `tolerance`: as
-    /// in [`Arc::new`].
+    /// Returns the same arc with this many whole turns before it, which the other axes share.
+    /// `tolerance`: as in [`Arc::new`].
     #[must_use]
     pub fn with_turns(mut self, turns: u8, tolerance: f32) -> Self {
         if turns > 0 {
@@ -132,7 +132,7 @@ impl<const AXES: usize> Arc<AXES> {
         self
     }
 
-    /// The curve that the chords belong to, for their moves. `acceleration`: see
+    /// Returns the curve that the chords belong to, for their moves. `acceleration`: see
     /// [`Curve::acceleration`]. `None` if the radius is 0: the arc is one chord.
     pub fn curve(&self, acceleration: f32) -> Option<Curve> {
         let radius = self.radius;
@@ -142,17 +142,18 @@ impl<const AXES: usize> Arc<AXES> {
         })
     }
 
-    /// The radius at the start, mm.
+    /// Returns the radius at the start, mm.
     pub const fn radius(&self) -> f32 {
         self.radius
     }
 
-    /// The number of chords, at least 1. In G93 each chord takes the same share of the arc's time.
+    /// Returns the number of chords, at least 1. In G93 each chord takes the same share of the
+    /// arc's time.
     pub const fn chords(&self) -> u32 {
         self.chords
     }
 
-    /// The angle from start to end, radians, positive counter-clockwise.
+    /// Returns the angle from start to end, radians, positive counter-clockwise.
     pub const fn angle(&self) -> f32 {
         self.angle
     }
@@ -223,7 +224,7 @@ impl<const AXES: usize> Iterator for Arc<AXES> {
     }
 }
 
-/// The angle from `from` to `to` in the direction of rotation, radians; a full turn where they
+/// The angle from `from` to `to` in the direction of rotation, radians; a full turn if they
 /// coincide.
 fn angle_between(from: [f32; 2], to: [f32; 2], clockwise: bool) -> f32 {
     let cross = from[0] * to[1] - from[1] * to[0];
@@ -238,7 +239,8 @@ fn angle_between(from: [f32; 2], to: [f32; 2], clockwise: bool) -> f32 {
     }
 }
 
-/// How many chords fit into an arc by `angle` if each is `tolerance` away from it; at least 1.
+/// Returns how many chords fit into an arc by `angle` if each is `tolerance` away from it; at least
+/// 1.
 fn chords(angle: f32, radius: f32, tolerance: f32) -> u32 {
     let half_chord = sqrt(tolerance * (2.0 * radius - tolerance));
     let count = (0.5 * angle * radius).abs() / half_chord;

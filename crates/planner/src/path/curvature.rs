@@ -1,4 +1,4 @@
-//! The curvature of a path of short pieces, at a place where two of them meet.
+//! The curvature of a path of short pieces, at a place at which two of them meet.
 //!
 //! ```text
 //!             P(s)
@@ -28,8 +28,8 @@
 //! curvature over a longer length is outside these bounds, it changes within that length, and the
 //! last shorter one counts.
 //!
-//! Where a curve goes on as at the turn before, its curvature is measured once, over the length
-//! that was found at that turn. Where the curvature has changed, it is compared with the curvature
+//! If a curve goes on as at the turn before, its curvature is measured once, over the length
+//! that was found at that turn. If the curvature has changed, it is compared with the curvature
 //! over half that length.
 
 use super::probe::{Probe, When};
@@ -181,7 +181,7 @@ impl<const AXES: usize> Window<AXES> {
         }
     }
 
-    /// How the piece meets the one before it.
+    /// Returns how the piece meets the one before it.
     fn meeting(&self, number: u32) -> Meeting {
         let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
         let shorter = max(min(before.length, after.length), f32::MIN_POSITIVE);
@@ -218,11 +218,11 @@ impl<const AXES: usize> Window<AXES> {
         bend
     }
 
-    /// Whether a curvature is still the one that was last compared with the curvature over a
-    /// shorter length. If it has changed, it is compared again: whether the curvature over half the
-    /// length is the same, except for rounding.
+    /// Returns true if a curvature is still the one that was last compared with the curvature over
+    /// a shorter length. If it has changed, it is compared again: whether the curvature over half
+    /// the length is the same, except for rounding.
     ///
-    /// Without this, small changes could add up from turn to turn. Where a line becomes a curve,
+    /// Without this, small changes could add up from turn to turn. When a line becomes a curve,
     /// the curvature of the path changes at once, but the curvature over a length grows little by
     /// little.
     fn is_steady(
@@ -251,8 +251,8 @@ impl<const AXES: usize> Window<AXES> {
         is_same
     }
 
-    /// Whether a curvature is like the one at the turn before, and explains the turn between the
-    /// two pieces, except for rounding.
+    /// Returns true if a curvature is like the one at the turn before, and explains the turn
+    /// between the two pieces, except for rounding.
     fn is_as_before(
         &self,
         number: u32,
@@ -292,7 +292,7 @@ impl Meeting {
 
     /// The error of a curvature measured over a length, divided by the allowed error. Error and
     /// curvature both lie across the path, so the axes share the error in the same proportion.
-    /// Where the path does not turn, all of the error is taken to be on the weakest axis.
+    /// If the path does not turn, all of the error is taken to be on the weakest axis.
     fn error<const AXES: usize>(
         &self,
         bend: &[f32; AXES],

@@ -13,13 +13,14 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// The highest speed at which the arc can be passed in every direction, mm/s: `v² = a·R`.
+    /// Returns the highest speed at which the arc can be passed in every direction, mm/s: `v² =
+    /// a·R`.
     pub fn top_speed(self) -> f32 {
         sqrt(self.acceleration * self.radius)
     }
 
-    /// How far the ends of chords may be from the circle on each axis, mm: two units of length of
-    /// the `window`, and the rounding of `f32` (see `arc`).
+    /// Returns how far the ends of chords may be from the circle on each axis, mm: two units of
+    /// length of the `window`, and the rounding of `f32` (see `arc`).
     pub(crate) fn rounding(self) -> f32 {
         2e-6 + 4e-7 * self.radius
     }

@@ -1,5 +1,5 @@
-//! How far the pieces of a joined move leave the line from the first one's start to the last one's
-//! end.
+//! The distance by which the pieces of a joined move leave the line from the first one's start to
+//! the last one's end.
 //!
 //! ```text
 //!            _--o--_
@@ -8,7 +8,7 @@
 //!     o---------+---------o   the move
 //! ```
 //!
-//! The centre of an arc is two thirds of the sagitta away from the middle of its chord. Where
+//! The centre of an arc is two thirds of the sagitta away from the middle of its chord. If
 //! rounding moves the ends of pieces to both sides of a line, their centre is on the line.
 //!
 //! The pieces so far have the vector `W` from start to end, the length `L`, and their centre at
@@ -38,9 +38,9 @@ pub(crate) struct Joined<const AXES: usize> {
     length: f32,
     /// `M`, mm²: the centre lies `M/(2·L)` away from the middle of the line.
     aside: [f32; AXES],
-    /// Whether the pieces turn.
+    /// True if the pieces turn.
     pub(crate) is_bent: bool,
-    /// Whether a piece turns sharply away from those before it.
+    /// True if a piece turns sharply away from those before it.
     is_jagged: bool,
 }
 
@@ -78,8 +78,8 @@ impl<const AXES: usize> Joined<AXES> {
         self.way
     }
 
-    /// Whether the pieces may be one move: their centre is near the line, or they are jagged.
-    /// `near2` is the square of the distance that counts as near, mm².
+    /// Returns true if the pieces may be one move: their centre is near the line, or they are
+    /// jagged. `near2` is the square of the distance that counts as near, mm².
     pub(super) fn are_near(&self, near2: f32) -> bool {
         self.is_jagged || norm2(&self.aside) <= 4.0 * near2 * self.length * self.length
     }

@@ -1,8 +1,8 @@
-//! How fast a corner may be taken.
+//! The highest speed at which a corner may be taken.
 //!
 //! ```text
 //!            u1
-//!           /     θ: the angle between the moves, 180° where they go straight on
+//!           /     θ: the angle between the moves, 180° if they go straight on
 //!    u0    / θ
 //!   ------+
 //! ```

@@ -1,6 +1,7 @@
-//! When the curvature at a turn is measured, and the result, which is kept for the next turn.
+//! The time at which the curvature at a turn is measured, and the result, which is kept for the
+//! next turn.
 
-/// When to find a turn.
+/// The time at which a turn is found.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum When {
     /// At once, from the path known so far.
@@ -20,9 +21,9 @@ pub(super) struct Probe<const AXES: usize> {
     pub(super) before: [f32; AXES],
     /// The curvature that was last compared with the one over a shorter length, 1/mm.
     pub(super) compared: f32,
-    /// Whether the path had a curvature at that turn.
+    /// True if the path had a curvature at that turn.
     pub(super) is_curved: bool,
-    /// Whether the curve went on as at the turn before it: apart from rounding, it explains the
+    /// True if the curve went on as at the turn before it: apart from rounding, it explains the
     /// turn.
     pub(super) goes_on: bool,
 }

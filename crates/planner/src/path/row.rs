@@ -41,7 +41,7 @@ pub(crate) struct Row<const MOTORS: usize> {
 }
 
 impl<const MOTORS: usize> Row<MOTORS> {
-    /// Begins with a move by `delta` steps; `None` where it has no laser power, is a chord of an
+    /// Begins with a move by `delta` steps; `None` if it has no laser power, is a chord of an
     /// arc, or is no feed move in mm/min.
     pub(crate) fn begin<const AXES: usize>(of: &Move<AXES>, delta: [i32; MOTORS]) -> Option<Self> {
         match of.power {
@@ -56,7 +56,7 @@ impl<const MOTORS: usize> Row<MOTORS> {
         }
     }
 
-    /// The row with one more move, and the pixel that it adds; `None` where the row does not go on.
+    /// The row with one more move, and the pixel that it adds; `None` if the row does not go on.
     pub(crate) fn extended<const AXES: usize>(
         &self,
         of: &Move<AXES>,
@@ -84,7 +84,7 @@ impl<const MOTORS: usize> Row<MOTORS> {
         self.delta
     }
 
-    /// The row's steps together with `delta`. `None` where `delta` leads in another direction, or
+    /// The row's steps together with `delta`. `None` if `delta` leads in another direction, or
     /// the sum is more than one line can have.
     fn longer(&self, delta: &[i32; MOTORS]) -> Option<[i32; MOTORS]> {
         let (way, on) = (self.along(&self.delta), self.along(delta));
@@ -106,7 +106,7 @@ impl<const MOTORS: usize> Row<MOTORS> {
         delta.get(self.dominant).copied().unwrap_or(0)
     }
 
-    /// The power of a move that may be a part of the row; `None` where it may not.
+    /// The power of a move that may be a part of the row; `None` if it may not.
     fn part<const AXES: usize>(&self, of: &Move<AXES>) -> Option<Power> {
         let power = of.power.programmed();
         let fits = match of.power {
@@ -129,7 +129,7 @@ fn dominant<const MOTORS: usize>(delta: &[i32; MOTORS]) -> usize {
         .map_or(0, |(motor, _)| motor)
 }
 
-/// The feed, mm/s, of a move that may be part of a row; `None` where it may not.
+/// The feed, mm/s, of a move that may be part of a row; `None` if it may not.
 fn row_feed<const AXES: usize>(of: &Move<AXES>) -> Option<f32> {
     if of.kind != MoveKind::Feed || of.curve.is_some() {
         return None;
@@ -140,14 +140,14 @@ fn row_feed<const AXES: usize>(of: &Move<AXES>) -> Option<f32> {
     }
 }
 
-/// Whether a move is a straight rapid. [`is_short`] tells whether such a rapid may be part of a
-/// row.
+/// Returns true if a move is a straight rapid. [`is_short`] tells whether such a rapid may be part
+/// of a row.
 pub(crate) fn is_gap<const AXES: usize>(of: &Move<AXES>) -> bool {
     of.kind == MoveKind::Rapid && of.curve.is_none()
 }
 
-/// Whether a rapid of `length` mm saves next to no time over a row at `speed` mm/s, on a machine
-/// with the acceleration `acceleration`, mm/s².
+/// Returns true if a rapid of `length` mm saves next to no time over a row at `speed` mm/s, on a
+/// machine with the acceleration `acceleration`, mm/s².
 pub(crate) fn is_short(length: f32, speed: f32, acceleration: f32) -> bool {
     /// The value of `a·L/v²` that saves a thousandth of the time.
     const LITTLE: f32 = 4.0 / 1000.0;

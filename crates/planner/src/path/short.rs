@@ -47,7 +47,7 @@ pub(crate) struct Short<const AXES: usize, const MOTORS: usize> {
 /// A motor's part of the move.
 #[derive(Clone, Copy, Debug)]
 struct Motor {
-    /// Steps, with sign.
+    /// The steps of the motor, with sign.
     steps: i32,
     /// The smallest share in all steps for which the ends of all pieces are passed within a step.
     smallest: f32,
@@ -70,7 +70,7 @@ impl<const AXES: usize, const MOTORS: usize> Short<AXES, MOTORS> {
     }
 
     /// This move joined with one more short piece by `delta` steps with the vector `way`, mm;
-    /// `None` where one move cannot stand for both. `short2` is the square of the length of
+    /// `None` if one move cannot stand for both. `short2` is the square of the length of
     /// [`STEPS`] of the coarsest steps, mm².
     pub(crate) fn joined(
         &self,
@@ -138,7 +138,7 @@ mod tests {
         to(f64::from(x) * 0.004, f64::from(y) * 0.004, 5.0)
     }
 
-    /// How many moves the planner makes of them.
+    /// Returns how many moves the planner makes of them.
     fn planned(config: Config<2>, pieces: &[Move<2>]) -> usize {
         let mut queue = RigQueue::new();
         let mut rig = Rig::new(config, &mut queue);
@@ -168,7 +168,7 @@ mod tests {
         assert_eq!(moves(at(8, 8)), 2);
     }
 
-    /// Where the pieces meet, they are half a step beside the line, or an eighth.
+    /// At the places at which the pieces meet, they are half a step beside the line, or an eighth.
     #[test]
     fn a_smooth_curve_stays_within_a_quarter_of_a_step() {
         let moves = |end| planned(Config::default(), &[at(8, 0), end]);
@@ -220,7 +220,7 @@ mod tests {
 
     proptest! {
         /// The motors make each step that was asked for and no other, and come within a step of
-        /// where each piece ends.
+        /// the end of each piece.
         #[test]
         fn joined_pieces_lead_by_their_ends(pieces in prop::collection::vec((-1i32..5, -1i32..5), 1..60)) {
             let mut place = [0, 0];

@@ -1,4 +1,4 @@
-//! The highest speed at which a path may turn where two of its pieces meet.
+//! The highest speed at which a path may turn from one piece to the next.
 //!
 //! A turn of less than 22 degrees may be part of a smooth curve. Then its curvature bounds the
 //! squared speed. Junction deviation bounds it too, unless the curve explains the turn and stays
@@ -38,7 +38,7 @@ const ALIKE: f32 = 0.1;
 /// the curvature would leave it no acceleration.
 const UNEVEN: f32 = 4.0;
 
-/// How a path turns where two pieces meet.
+/// The turn of a path between two pieces.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Turn<const AXES: usize> {
     /// Curvature, divided by the acceleration of each axis, s²/mm².
@@ -93,9 +93,9 @@ impl<const AXES: usize> Window<AXES> {
         Some(turn)
     }
 
-    /// Whether it is too early to ask for the turn at the start of a piece: the known path ahead is
-    /// shorter than the length that the last turn needed, or the piece is short and may still be
-    /// joined with the next one.
+    /// Returns true if it is too early to ask for the turn at the start of a piece: the known path
+    /// ahead is shorter than the length that the last turn needed, or the piece is short and may
+    /// still be joined with the next one.
     fn is_early(&self, number: u32) -> bool {
         let may_grow = self.is_last(number) && self.short.has(number);
         let is_known = self.goes_straight_on(number) || self.is_sharp(number);
@@ -221,8 +221,8 @@ impl<const AXES: usize> Window<AXES> {
         (min(before, after), max(before, after))
     }
 
-    /// Whether a bent piece ends or begins at the start of this piece, and the path turns to the
-    /// same side at both ends of the bent piece.
+    /// Returns true if a bent piece ends or begins at the start of this piece, and the path turns
+    /// to the same side at both ends of the bent piece.
     fn is_of_bent_piece(&self, number: u32) -> bool {
         let (last, next) = (number.wrapping_sub(1), number.wrapping_add(1));
         let behind = self.bent.has(last) && self.before(number) > 1;
@@ -230,7 +230,7 @@ impl<const AXES: usize> Window<AXES> {
         behind && self.turns_alike(number, last) || ahead && self.turns_alike(number, next)
     }
 
-    /// Whether the path turns to the same side at the starts of two pieces.
+    /// Returns true if the path turns to the same side at the starts of two pieces.
     fn turns_alike(&self, one: u32, other: u32) -> bool {
         let change = |number: u32, axis: usize| {
             let before = self.placed(number.wrapping_sub(1));
@@ -265,8 +265,8 @@ impl<const AXES: usize> Window<AXES> {
         Some(by_curve)
     }
 
-    /// Whether the middle of the shorter piece is farther from the curve than `$11`: the sagitta is
-    /// `k·l²/8`. Chords of arcs do so if `$12` is above `$11`.
+    /// Returns true if the middle of the shorter piece is farther from the curve than `$11`: the
+    /// sagitta is `k·l²/8`. Chords of arcs do so if `$12` is above `$11`.
     fn strays(&self, bend: &[f32; AXES], number: u32, limits: &Limits<AXES>) -> bool {
         let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
         let shorter = min(before.length, after.length);
@@ -275,7 +275,7 @@ impl<const AXES: usize> Window<AXES> {
             > limits.deviation * limits.deviation
     }
 
-    /// Whether the curve explains the turn, except for rounding.
+    /// Returns true if the curve explains the turn, except for rounding.
     fn explains(&self, bend: &[f32; AXES], number: u32, limits: &Limits<AXES>) -> bool {
         if self.are_chords(number) {
             return true;

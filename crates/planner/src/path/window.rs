@@ -36,12 +36,12 @@ const STRAIGHT2: f32 = 1e-12;
 /// A piece of path.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece<const AXES: usize> {
-    /// Direction, a unit vector: by the steps of the piece, or by its two ends where it has few
+    /// Direction, a unit vector: by the steps of the piece, or by its two ends if it has few
     /// steps.
     pub(crate) direction: [f32; AXES],
     /// 1/(highest squared speed), s²/mm².
     pub(crate) per_top_v2: f32,
-    /// How far rounding may have moved its ends on each axis, mm.
+    /// The distance by which rounding may have moved its ends on each axis, mm.
     pub(crate) rounding: f32,
 }
 
@@ -53,16 +53,16 @@ pub(super) struct Placed<const AXES: usize> {
     pub(super) course: [f32; AXES],
     /// From its start to its end, mm.
     pub(super) length: f32,
-    /// Where it begins, units, modulo 2³².
+    /// Its start, units, modulo 2³².
     start: [i32; AXES],
-    /// How far along the path it begins, units, modulo 2³².
+    /// The length of the path up to its start, units, modulo 2³².
     since: u32,
 }
 
 impl<const AXES: usize> Placed<AXES> {
-    /// How far a point of this piece, `way` units after its start, lies inside the curve that the
-    /// piece is a chord of, if the curvature is 2: in square units. 0 if the piece is longer than
-    /// `chord` mm.
+    /// Returns how far a point of this piece, `way` units after its start, lies inside the curve
+    /// that the piece is a chord of, if the curvature is 2: in square units. 0 if the piece is
+    /// longer than `chord` mm.
     fn inside(&self, way: f32, chord: f32) -> f32 {
         if self.length <= chord {
             way * (self.length * PER_MM - way)
@@ -83,7 +83,7 @@ impl Bits {
         self.0 = (self.0 & !bit) | (bit * u32::from(value));
     }
 
-    /// Whether the bit of piece `number` is set.
+    /// Returns true if the bit of piece `number` is set.
     pub(super) const fn has(self, number: u32) -> bool {
         self.0 & (1 << (number % PIECES)) != 0
     }
@@ -94,24 +94,24 @@ impl Bits {
 #[derive(Clone, Debug)]
 pub(crate) struct Window<const AXES: usize> {
     placed: [Placed<AXES>; PIECES as usize],
-    /// Which pieces turn sharply away from the one before them.
+    /// The pieces that turn sharply away from the one before them.
     sharp: Bits,
     /// The last piece that turns sharply away from the one before it; the first piece of the path
     /// if none does.
     last_sharp: u32,
-    /// Which pieces go straight on from the one before them.
+    /// The pieces that go straight on from the one before them.
     straight: Bits,
-    /// Which pieces are chords of an arc.
+    /// The pieces that are chords of an arc.
     pub(super) chords: Bits,
-    /// Which pieces have too few steps to give a direction.
+    /// The pieces that have too few steps to give a direction.
     pub(super) short: Bits,
-    /// Which pieces were joined from several that do not go straight on.
+    /// The pieces that were joined from several that do not go straight on.
     pub(super) bent: Bits,
     /// Pieces so far, modulo 2³².
     pub(super) count: u32,
-    /// How many of the last pieces belong to the path.
+    /// The number of the last pieces that belong to the path.
     pub(super) known: u32,
-    /// How many of the last pieces wait until the turn at their start is known.
+    /// The number of the last pieces that wait until the turn at their start is known.
     pub(super) waiting: u32,
     /// The measurement of the last turn.
     pub(super) probe: Probe<AXES>,
@@ -159,17 +159,17 @@ impl<const AXES: usize> Window<AXES> {
         self.place(self.count).start = units(start);
     }
 
-    /// Whether the next piece continues a path.
+    /// Returns true if the next piece continues a path.
     pub(crate) const fn goes_on(&self) -> bool {
         self.known > 0
     }
 
-    /// How many pieces wait.
+    /// Returns how many pieces wait.
     pub(crate) const fn waiting(&self) -> usize {
         self.waiting as usize
     }
 
-    /// Whether the first piece that waits turns sharply away from the one before it.
+    /// Returns true if the first piece that waits turns sharply away from the one before it.
     pub(crate) const fn waits_at_corner(&self) -> bool {
         self.waiting > 0 && self.is_sharp(self.count.wrapping_sub(self.waiting))
     }
@@ -259,29 +259,29 @@ impl<const AXES: usize> Window<AXES> {
         &mut self.placed[(number % PIECES) as usize]
     }
 
-    /// Whether the path was straight at the last turn and does not turn at the start of this piece
-    /// either.
+    /// Returns true if the path was straight at the last turn and does not turn at the start of
+    /// this piece either.
     pub(super) fn goes_straight_on(&self, number: u32) -> bool {
         !self.probe.is_curved && self.straight.has(number)
     }
 
-    /// Whether the piece turns sharply away from the one before it.
+    /// Returns true if the piece turns sharply away from the one before it.
     pub(super) const fn is_sharp(&self, number: u32) -> bool {
         self.sharp.has(number)
     }
 
-    /// Whether the piece and the one before it are chords of arcs.
+    /// Returns true if the piece and the one before it are chords of arcs.
     pub(super) const fn are_chords(&self, number: u32) -> bool {
         self.chords.has(number) && self.chords.has(number.wrapping_sub(1))
     }
 
-    /// Whether the piece is the last one.
+    /// Returns true if the piece is the last one.
     pub(super) const fn is_last(&self, number: u32) -> bool {
         number.wrapping_add(1) == self.count
     }
 
-    /// Whether no turn after the start of a piece is sharp, so that the smooth path ahead may still
-    /// grow.
+    /// Returns true if no turn after the start of a piece is sharp, so that the smooth path ahead
+    /// may still grow.
     pub(super) const fn is_open(&self, number: u32) -> bool {
         self.count.wrapping_sub(self.last_sharp) >= self.from(number)
     }
@@ -303,12 +303,12 @@ impl<const AXES: usize> Window<AXES> {
         self.way(number.wrapping_sub(back.min(self.before(number))), number)
     }
 
-    /// How many known pieces there are before a piece.
+    /// Returns how many known pieces there are before a piece.
     pub(super) const fn before(&self, number: u32) -> u32 {
         self.known - self.count.wrapping_sub(number)
     }
 
-    /// How many pieces there are from a piece to the last one, both included.
+    /// Returns how many pieces there are from a piece to the last one, both included.
     pub(super) const fn from(&self, number: u32) -> u32 {
         self.count.wrapping_sub(number)
     }

@@ -20,7 +20,7 @@ impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
-    /// Where the last queued move ends, in steps of each motor.
+    /// Returns the end of the last queued move, in steps of each motor.
     pub const fn position(&self) -> [i32; MOTORS] {
         self.position
     }
@@ -55,7 +55,7 @@ where
         Some(steps)
     }
 
-    /// Places of the axes for the places `steps` of the motors.
+    /// Returns the places of the axes when the motors stand at `steps`.
     pub fn axes_at(&self, steps: &[i32; MOTORS]) -> [Coordinate; AXES] {
         let mut motors = [Coordinate::ZERO; MOTORS];
         for ((motor, steps), scale) in motors.iter_mut().zip(steps).zip(self.scales.steps_per_mm) {
@@ -116,13 +116,13 @@ where
         direction
     }
 
-    /// How far each axis goes in the running move, mm; `None` if there is none.
+    /// Returns how far each axis goes in the running move, mm; `None` if there is none.
     pub fn running_ways(&self) -> Option<[f32; AXES]> {
         let running = self.queue.running()?;
         Some(self.axes_mm(running.delta))
     }
 
-    /// How far each axis goes where the motors make `delta` steps, mm.
+    /// Returns how far each axis goes if the motors make `delta` steps, mm.
     fn axes_mm(&self, delta: [i32; MOTORS]) -> [f32; AXES] {
         let mut motors_mm = [0.0; MOTORS];
         let scales = delta.into_iter().zip(self.scales.mm_per_step);
@@ -234,7 +234,8 @@ where
         Some(())
     }
 
-    /// Whether a rapid of `length` mm may be part of the row `last`, and slows it down nowhere.
+    /// Returns true if a rapid of `length` mm may be part of the row `last`, and slows it down
+    /// nowhere.
     fn takes_gap(&self, last: &PlannedMove<AXES, MOTORS>, length: f32) -> bool {
         let nominal = self.nominal(&PlannedMove {
             has_gaps: true,
@@ -271,7 +272,7 @@ where
         self.settle();
     }
 
-    /// Whether the limits of the axes are kept on curves, and not only at corners.
+    /// Returns true if the limits of the axes are kept on curves, and not only at corners.
     fn keeps_limits(&self) -> bool {
         self.config.corner_rule == CornerRule::Limits && self.window.is_some()
     }
@@ -329,8 +330,8 @@ where
         self.short = window.map(|window| Short::new(delta, window.last_way()));
     }
 
-    /// Whether a move by `delta` steps, `length` mm long, has too few steps to give a direction.
-    /// Most moves are too long for that on any axis.
+    /// Returns true if a move by `delta` steps, `length` mm long, has too few steps to give a
+    /// direction. Most moves are too long for that on any axis.
     fn is_short(&self, delta: &[i32; MOTORS], length: f32) -> bool {
         let length2 = length * length;
         length2 < self.limits.short2 && length2 < self.short2(delta)
@@ -543,7 +544,7 @@ pub(super) struct Backlog {
 }
 
 impl Backlog {
-    /// Nothing waits.
+    /// Makes it with nothing that waits.
     pub(super) fn new<const AXES: usize>(config: &Config<AXES>) -> Self {
         Self {
             micros: 0,
@@ -572,13 +573,13 @@ impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
-    /// The least time of the moves that wait after the running one, µs, at 100 % of the speed asked
-    /// for.
+    /// Returns the least time of the moves that wait after the running one, µs, at 100 % of the
+    /// speed asked for.
     pub const fn waiting_micros(&self) -> u64 {
         self.backlog.micros
     }
 
-    /// The line number of the first move that waits.
+    /// Returns the line number of the first move that waits.
     pub fn next_line_number(&self) -> Option<u32> {
         self.queue.next_queued()?.line_number()
     }

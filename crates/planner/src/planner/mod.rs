@@ -37,7 +37,7 @@ pub struct Planner<'q, K, const AXES: usize, const MOTORS: usize> {
     kinematics: K,
     overrides: Overrides,
     queue: LookAhead<'q, AXES, MOTORS>,
-    /// Where the last queued move ends, steps.
+    /// The end of the last queued move, steps.
     position: [i32; MOTORS],
     /// For each motor its place and its steps at the target of the last `push`. In most moves some
     /// motor does not move, and its steps need not be computed again.
@@ -70,7 +70,7 @@ pub enum Pushed {
     TooShort,
 }
 
-/// Why a move was not queued; nothing has changed.
+/// The reason why a move was not queued; nothing has changed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum PushError {
@@ -160,12 +160,13 @@ where
         self.config.pixels = self.config.pixels.min(self.pixels.capacity());
     }
 
-    /// The settings in force. Their numbers of moves and pixels are at most the queue's room.
+    /// Returns the settings in force. Their numbers of moves and pixels are at most the queue's
+    /// room.
     pub const fn config(&self) -> &Config<AXES> {
         &self.config
     }
 
-    /// The map between axes and motors.
+    /// Returns the map between axes and motors.
     pub const fn kinematics(&self) -> &K {
         &self.kinematics
     }
@@ -199,15 +200,16 @@ where
         })
     }
 
-    /// Whether one more move can be queued. For a moment after a change of overrides no move can,
-    /// see [`Planner::renew`].
+    /// Returns true if one more move can be queued. For a moment after a change of overrides no
+    /// move can, see [`Planner::renew`].
     pub fn has_room(&self) -> bool {
         let free = self.pixels.len() < self.pixel_capacity().max(1);
         free && self.len() < self.capacity() && !self.queue.is_renewing()
     }
 
-    /// How many more moves can be queued. If the room for pixels is scarcer, this is the free share
-    /// of the pixels, as a number of moves: 0 if no pixel fits, all if nothing is queued.
+    /// Returns how many more moves can be queued. If the room for pixels is scarcer, this is the
+    /// free share of the pixels, as a number of moves: 0 if no pixel fits, all if nothing is
+    /// queued.
     pub fn room(&self) -> usize {
         let (all, capacity) = (self.capacity(), self.pixel_capacity().max(1));
         let free = capacity.saturating_sub(self.pixels.len());
@@ -215,7 +217,8 @@ where
         free.min(all.saturating_sub(self.len()))
     }
 
-    /// The most moves that the queue holds: `Config::moves`, or the queue's room if that is less.
+    /// Returns the most moves that the queue holds: `Config::moves`, or the queue's room if that is
+    /// less.
     pub const fn capacity(&self) -> usize {
         self.config.moves
     }
@@ -225,12 +228,12 @@ where
         self.config.pixels
     }
 
-    /// How many moves are queued, the running one included.
+    /// Returns how many moves are queued, the running one included.
     pub fn len(&self) -> usize {
         self.queue.len()
     }
 
-    /// Whether no move is queued and none runs.
+    /// Returns true if no move is queued and none runs.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -286,8 +289,8 @@ where
         self.queue.running()
     }
 
-    /// Whether the rest at the end of the planned moves bounds the speed: one more move would then
-    /// make it higher.
+    /// Returns true if the rest at the end of the planned moves bounds the speed: one more move
+    /// would then make it higher.
     pub(crate) fn is_bound_by_end(&self) -> bool {
         self.queue.is_bound_by_end()
     }
@@ -301,7 +304,7 @@ where
         self.limits.ease
     }
 
-    /// Whether the jerk is limited.
+    /// Returns true if the jerk is limited.
     pub(crate) const fn is_eased(&self) -> bool {
         self.limits.ease.is_some()
     }
@@ -356,13 +359,13 @@ where
         }
     }
 
-    /// Whether one more planned move might make the running move faster.
+    /// Returns true if one more planned move might make the running move faster.
     fn needs_more(&self) -> bool {
         self.is_bound_by_end()
     }
 
-    /// Whether the running move would be too fast for the speed at its end if it went on for one
-    /// more segment, of `way` mm, with its full acceleration.
+    /// Returns true if the running move would be too fast for the speed at its end if it went on
+    /// for one more segment, of `way` mm, with its full acceleration.
     fn slows_down_soon(&self, at: Whereabouts) -> bool {
         let Some(running) = self.queue.running() else {
             return true;
@@ -375,8 +378,8 @@ where
         at.v2 - exit_v2 > 2.0 * a * (left - 2.0 * way)
     }
 
-    /// Whether too many moves wait until the turn at their start is known, compared with the number
-    /// of planned moves.
+    /// Returns true if too many moves wait until the turn at their start is known, compared with
+    /// the number of planned moves.
     fn too_many_wait(&self) -> bool {
         /// The least number of planned moves for each move that waits.
         const FEW: usize = 64;

@@ -12,7 +12,7 @@ impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
-    /// The overrides in force.
+    /// Returns the overrides in force.
     pub const fn overrides(&self) -> Overrides {
         self.overrides
     }
@@ -38,7 +38,7 @@ where
         Ok(())
     }
 
-    /// Whether some queued moves still have limits of earlier overrides.
+    /// Returns true if some queued moves still have limits of earlier overrides.
     pub const fn is_renewing(&self) -> bool {
         self.queue.is_renewing()
     }

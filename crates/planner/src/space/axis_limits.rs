@@ -62,8 +62,8 @@ where
         Piece { tangent, length }
     }
 
-    /// By how much the squared speed at a piece's start may exceed `v2`, if the piece ends at `v2`
-    /// or slower. `end` and `start` are the curvatures there.
+    /// Returns by how much the squared speed at a piece's start may exceed `v2`, if the piece ends
+    /// at `v2` or slower. `end` and `start` are the curvatures there.
     ///
     /// If the piece ends at `v2`, its start exceeds `v2` by `gain`. A slower end may allow a faster
     /// start. Such an end is looked for only if the start would be below the squared speed
@@ -85,9 +85,9 @@ where
         }
     }
 
-    /// By how much the squared speed at the start of a part of a move may exceed `v2`, if the part
-    /// ends at `v2` or slower. `bends` are the curvatures at its end and at its start. `enough`:
-    /// see [`Self::best`].
+    /// Returns by how much the squared speed at the start of a part of a move may exceed `v2`, if
+    /// the part ends at `v2` or slower. `bends` are the curvatures at its end and at its start.
+    /// `enough`: see [`Self::best`].
     fn gain_over(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
@@ -100,8 +100,8 @@ where
         self.best(&piece, bends, [v2, gain], enough)
     }
 
-    /// By how much the squared speed at a move's start may exceed `v2`, if the move ends at `v2` or
-    /// slower.
+    /// Returns by how much the squared speed at a move's start may exceed `v2`, if the move ends at
+    /// `v2` or slower.
     fn whole_gain(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
@@ -125,8 +125,8 @@ where
         gain
     }
 
-    /// By how much the squared speed at a move's start may exceed the one at its end, mm²/s²;
-    /// `None` if that depends on the speed.
+    /// Returns by how much the squared speed at a move's start may exceed the one at its end,
+    /// mm²/s²; `None` if that depends on the speed.
     fn even_gain(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
@@ -160,7 +160,7 @@ fn turning_ends<const AXES: usize, const MOTORS: usize>(
     (turns_apart || was_straight).then_some([start, min(end, planned.length - start)])
 }
 
-/// The share of the acceleration along a move that a ramp keeps where nothing is left, so that
+/// The share of the acceleration along a move that a ramp keeps if nothing is left, so that
 /// divisions stay defined.
 const STILL: f32 = 1e-6;
 
@@ -210,7 +210,7 @@ where
             };
         }
         let v2 = min(planned.top_v2(), after.top_v2());
-        // Where the move ends faster than it may begin, braking bounds nothing.
+        // If the move ends faster than it may begin, braking bounds nothing.
         let top = unit.units(v2).min(after.corner).min(planned.corner);
         if turning_ends(planned, Some(after)).is_some() {
             let gains = [0, top].map(|v2| self.gain(planned, Some(after), v2));
@@ -277,7 +277,7 @@ impl<K, const AXES: usize, const MOTORS: usize> AxisLimits<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
-    /// By how much the squared speed falls from `entry_v2` to `exit_v2` (mm²/s²), units.
+    /// Returns by how much the squared speed falls from `entry_v2` to `exit_v2` (mm²/s²), units.
     fn gained(&self, exit_v2: f32, entry_v2: f32) -> u32 {
         let gain = max(entry_v2 - exit_v2, 0.0) * GAIN_MARGIN;
         self.limits.unit.units(gain)
@@ -356,7 +356,7 @@ where
     }
 }
 
-/// How a part of the running move goes on: squared speeds in mm²/s², accelerations along the path
+/// The course of a part of the running move: squared speeds in mm²/s², accelerations along the path
 /// in mm/s².
 ///
 /// A long line beside a curve turns only near its ends, so it is run in parts:
@@ -376,7 +376,7 @@ pub(crate) struct Course {
     pub(crate) exit_v2: f32,
     /// The highest squared speed on the way.
     pub(crate) top_v2: f32,
-    /// The acceleration where the speed rises, and where it falls.
+    /// The acceleration while the speed rises, and while it falls.
     pub(crate) up: f32,
     pub(crate) down: f32,
     /// The acceleration of a stop that begins at once.
@@ -392,7 +392,7 @@ pub(crate) struct Whereabouts {
     pub(crate) steps: u32,
     /// The share of the step under way that is done: 0 to below 1.
     pub(crate) way: f32,
-    /// Whether the move has not begun.
+    /// True if the move has not begun.
     pub(crate) at_start: bool,
 }
 
@@ -419,7 +419,7 @@ impl Whereabouts {
 /// The rest of a part of a move, from the place of motion on. The path turns in it.
 struct Part<const AXES: usize> {
     steps_after: u32,
-    /// mm.
+    /// The length, mm.
     length: f32,
     /// The curvature at its start, on the way and at its end, over the acceleration of each axis.
     bends: [[f32; AXES]; 3],
@@ -431,8 +431,8 @@ impl<K, const AXES: usize, const MOTORS: usize> AxisLimits<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
-    /// How a move goes on, up to the end of the part where motion is. `after` is the move after it.
-    /// The move may end at the squared speed `exit_v2` (mm²/s²) at most.
+    /// Returns how a move goes on, up to the end of the part in which motion is. `after` is the
+    /// move after it. The move may end at the squared speed `exit_v2` (mm²/s²) at most.
     pub(crate) fn course(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,
@@ -498,7 +498,7 @@ where
         let mut exit_v2 = min(part.exit_v2, reached);
         let mut needed = gain(exit_v2, to, from, Rise::Backward);
         if v2 > exit_v2 + needed {
-            // The piece can brake as hard as the plan needs only where it ends slower.
+            // The piece can brake as hard as the plan needs only if it ends slower.
             exit_v2 = min(exit_v2, piece.fastest_end(v2, to, Rise::Backward));
             needed = gain(exit_v2, to, from, Rise::Backward);
         }

@@ -9,7 +9,7 @@
 //! A move's direction comes from its rounded steps, as the motors make them. Beside an axis with
 //! fine steps, a coarse one makes that direction jump from move to move, and with it the speed of
 //! the fine axis, which can tell. So the ways of coarse axes are the exact ones. Their steps come
-//! where they are due, at most half a step off, as all steps do.
+//! when they are due, at most half a step off, as all steps do.
 
 use crate::config::Limits;
 use crate::path::short::STEPS;
@@ -26,7 +26,7 @@ const NEAR: f32 = 4.0;
 const WHOLE: f32 = 127.0;
 
 impl<const AXES: usize> Limits<AXES> {
-    /// Whether some axis has coarse steps beside another one.
+    /// Returns true if some axis has coarse steps beside another one.
     pub(crate) fn are_uneven(half_step: &[f32; AXES]) -> bool {
         let finest = half_step.iter().copied().fold(f32::INFINITY, min);
         half_step.iter().any(|step| *step > UNEVEN * finest)

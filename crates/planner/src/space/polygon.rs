@@ -1,6 +1,6 @@
 //! The acceleration that the axes allow along a piece of path, which depends on the speed.
 //!
-//! A piece of path has the unit tangent `p`. Where it meets the next one the path turns with the
+//! A piece of path has the unit tangent `p`. When it meets the next one, the path turns with the
 //! curvature `k` (a vector, 1/mm). With the squared speed `x` and the acceleration `u` along the
 //! path each axis asks for
 //!
@@ -29,7 +29,7 @@ pub(crate) struct Piece<const AXES: usize> {
     pub(crate) length: f32,
 }
 
-/// A bound of the squared speed at one end of a piece: `(1 + slope·x)/share`, where `x` is the
+/// A bound of the squared speed at one end of a piece: `(1 + slope·x)/share`, in which `x` is the
 /// squared speed at the other end.
 #[derive(Clone, Copy)]
 struct Bound {
@@ -47,7 +47,7 @@ impl Bound {
 
 /// The squared speed at one end of a piece for which the other end may be fastest.
 ///
-/// Where a piece turns at one end and hardly moves along an axis, that axis has little left for
+/// If a piece turns at one end and hardly moves along an axis, that axis has little left for
 /// braking at high speed. So a piece that ends slower may begin faster.
 pub(crate) struct Peak {
     /// The squared speed at this end, mm²/s².
@@ -63,7 +63,7 @@ impl Peak {
         reached: f32::INFINITY,
     };
 
-    /// The place where the least of all bounds is highest: the lowest crossing of a bound that
+    /// The place at which the least of all bounds is highest: the lowest crossing of a bound that
     /// rises with `x` and one that falls. (The rising and the falling bound of the same axis cross
     /// at rest.) Its height is computed from the rising bound: on a steep falling one, it would be
     /// a difference of large numbers.
@@ -100,7 +100,7 @@ fn bound(bounds: &mut [Bound; 3], share: f32, from: f32, to: f32) {
 /// A factor that makes a crossing of two bounds lower by more than its rounding.
 const ROUNDED_DOWN: f32 = 1.0 - 1.0 / (1 << 20) as f32;
 
-/// In which direction the speed rises.
+/// The direction in which the speed rises.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Rise {
     /// Along the path: motion along the path accelerates.
@@ -136,8 +136,9 @@ pub(crate) fn common<const N: usize>(one: &[f32; N], other: &[f32; N]) -> [f32; 
 }
 
 impl<const AXES: usize> Piece<AXES> {
-    /// By how much the squared speed can rise from each of `xs` over the piece, mm²/s². `from` is
-    /// the curvature at the end with the speed `x`, `to` is the curvature at the other end.
+    /// Returns by how much the squared speed can rise from each of `xs` over the piece, mm²/s².
+    /// `from` is the curvature at the end with the speed `x`, `to` is the curvature at the other
+    /// end.
     ///
     /// Each axis has the share `p` of a gain `g`, and its limits are
     ///
@@ -160,7 +161,7 @@ impl<const AXES: usize> Piece<AXES> {
             let share = q * per_length;
             let one = 1.0f32.copysign(share);
             let (per_share, steeper) = (1.0 / share, share + to);
-            // Where `steeper` and `share` differ in sign, the limit at the other end bounds
+            // If `steeper` and `share` differ in sign, the limit at the other end bounds
             // nothing.
             let ends = (steeper * one > 0.0).then(|| 1.0 / steeper);
             for (gain, x) in gains.iter_mut().zip(&xs) {
@@ -194,7 +195,7 @@ impl<const AXES: usize> Piece<AXES> {
     }
 
     /// The highest squared speed (mm²/s²) at this end with which the other end may have the squared
-    /// speed `other`: where a bound falls, the other end may be faster if this end is slower.
+    /// speed `other`: if a bound falls, the other end may be faster if this end is slower.
     pub(crate) fn fastest_end(&self, other: f32, from: &[f32], rise: Rise) -> f32 {
         let per_length = rise.sign() * 0.5 / self.length;
         let axes = self.tangent.iter().zip(from);
@@ -210,7 +211,7 @@ impl<const AXES: usize> Piece<AXES> {
         max(fastest * ROUNDED_DOWN, 0.0)
     }
 
-    /// The acceleration left along the path at the squared speed `x` where it turns with the
+    /// The acceleration left along the path at the squared speed `x` if it turns with the
     /// curvature `bend`, mm/s².
     pub(crate) fn left(&self, x: f32, bend: &[f32], rise: Rise) -> f32 {
         let axes = self.tangent.iter().zip(bend);

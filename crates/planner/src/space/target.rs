@@ -27,12 +27,12 @@ impl Coordinate {
         Self(nanos)
     }
 
-    /// The coordinate as a number of 10⁻⁹ mm.
+    /// Returns the coordinate as a number of 10⁻⁹ mm.
     pub const fn nanos(self) -> i64 {
         self.0
     }
 
-    /// The nearest `f32`, in mm.
+    /// Returns the nearest `f32`, in mm.
     #[inline(never)] // inlined, a record of four motors takes 436 bytes more
     pub fn to_mm(self) -> f32 {
         let nanos = NANOS_PER_MM;
@@ -80,8 +80,8 @@ impl Neg for Coordinate {
     }
 }
 
-/// Which motors move which axes: a linear map between axes and motors and its inverse. There are at
-/// least as many motors as axes.
+/// Says which motors move which axes: a linear map between axes and motors and its inverse. There
+/// are at least as many motors as axes.
 ///
 /// Limits apply to axes, Bresenham's tracer to motors. The maps are linear, so that a straight move
 /// is straight in both, and a map of positions is also one of differences.
@@ -208,7 +208,7 @@ impl<const AXES: usize, const MOTORS: usize, const MORE: usize> Kinematics<AXES,
     }
 }
 
-/// How many steps a motor takes in a millimetre: an exact decimal in 10⁻⁹ steps/mm.
+/// The number of steps that a motor takes in a millimetre: an exact decimal in 10⁻⁹ steps/mm.
 ///
 /// A target in steps is `coordinate · steps/mm`, rounded once, half away from zero. Both factors
 /// are decimals with nine places, so the product is a whole number of 10⁻¹⁸ steps in 128 bits and
@@ -241,18 +241,19 @@ impl StepsPerMm {
         Self(if nanos > GREATEST { GREATEST } else { nanos })
     }
 
-    /// The scale as a number of 10⁻⁹ steps/mm.
+    /// Returns the scale as a number of 10⁻⁹ steps/mm.
     pub const fn nanos(self) -> u64 {
         self.0
     }
 
-    /// The nearest `f32`, in steps/mm.
+    /// Returns the nearest `f32`, in steps/mm.
     pub fn to_f32(self) -> f32 {
         let nanos = NANOS_PER_MM as u64;
         (self.0 / nanos) as f32 + (self.0 % nanos) as f32 / nanos as f32
     }
 
-    /// The exact number of steps at `coordinate`, rounded half away from zero; `None` beyond `i32`.
+    /// Returns the exact number of steps at `coordinate`, rounded half away from zero; `None`
+    /// beyond `i32`.
     pub fn steps(self, coordinate: Coordinate) -> Option<i32> {
         let product = u128::from(coordinate.0.unsigned_abs()) * u128::from(self.0);
         // A comparison of the upper half excludes large excesses with less work than one of 128
@@ -265,7 +266,7 @@ impl StepsPerMm {
         Some(if coordinate.0 < 0 { -steps } else { steps })
     }
 
-    /// The coordinate nearest to `steps`; the origin where the scale is 0.
+    /// Returns the coordinate nearest to `steps`; the origin if the scale is 0.
     ///
     /// A long division in base 1000. Its first quotient has nine of the 18 decimals of 10¹⁸. Each
     /// remainder is less than the scale, below 2⁵⁴, so that a thousand times the remainder fits 64

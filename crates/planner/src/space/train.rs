@@ -13,7 +13,7 @@ pub enum Train {
     Straight,
     /// X and Y on two crossed belts, one motor each for all other axes.
     Crossed,
-    /// One motor for each axis, and the last motor turns with this axis. Where there are no more
+    /// One motor for each axis, and the last motor turns with this axis. If there are no more
     /// motors than axes, the last axis has no motor, and stands still.
     Ganged(usize),
 }

@@ -30,11 +30,11 @@ use crate::Overrides;
 /// ```
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Law {
-    /// mm/s².
+    /// The bound of `u`, mm/s².
     pub(crate) a: f32,
-    /// s²/mm.
+    /// The weight of `u`, s²/mm.
     pub(crate) q: f32,
-    /// s²/mm²; 0 where the path is straight.
+    /// The weight of `x`, s²/mm²; 0 if the path is straight.
     pub(crate) b: f32,
 }
 
@@ -44,7 +44,7 @@ impl Law {
         Self { a, q: 0.0, b: 0.0 }
     }
 
-    /// Both laws.
+    /// Returns a law that keeps both.
     fn and(self, other: Self) -> Self {
         Self {
             a: min(self.a, other.a),
@@ -62,8 +62,8 @@ impl Law {
         min(self.a, sqrt(1.0 - across * across) / self.q)
     }
 
-    /// By how much the squared speed can change from `x` upwards over `length` mm. The acceleration
-    /// is constant, and the faster end decides:
+    /// Returns by how much the squared speed can change from `x` upwards over `length` mm. The
+    /// acceleration is constant, and the faster end decides:
     ///
     /// ```text
     ///   (q·g/2L)² + (b·(x + g))² = 1
@@ -142,13 +142,13 @@ pub(crate) struct Zones {
     per_mm: f32,
     /// The move's own acceleration, mm/s².
     own: f32,
-    /// What holds all along the move.
+    /// The bound that holds all along the move.
     top_v2: f32,
     law: Law,
     /// At the start and at the end.
     ends: [[Zone; 2]; 2],
-    /// Whether the path after the move is known as far as it has an effect; if not, the length of
-    /// what is known, mm.
+    /// `None` if the path after the move is known as far as it has an effect; otherwise the length
+    /// of what is known, mm.
     pub(crate) unknown: Option<f32>,
 }
 
@@ -159,7 +159,7 @@ const SHORT: f32 = 8.0;
 const START: usize = 0;
 const END: usize = 1;
 
-/// What the search for slow places depends on besides the moves.
+/// The values that the search for slow places depends on besides the moves.
 struct Near<'a> {
     ease: &'a Ease,
     unit: SpeedUnit,
@@ -444,7 +444,7 @@ pub(crate) fn kept_entry<const AXES: usize, const MOTORS: usize>(
 
 /// The search for slow places from one end of a move outwards.
 struct Walk {
-    /// How far into the move further places have an effect, mm.
+    /// The distance into the move up to which further places have an effect, mm.
     way: f32,
     /// The lowest speed so far, mm/s.
     slowest: f32,
@@ -453,8 +453,8 @@ struct Walk {
 }
 
 impl Walk {
-    /// How far into the move a place has an effect that allows the speed `v` and reaches `turn` mm
-    /// to both sides. Further places reach no farther than a place without `turn`.
+    /// Returns how far into the move a place has an effect that allows the speed `v` and reaches
+    /// `turn` mm to both sides. Further places reach no farther than a place without `turn`.
     fn to(&mut self, v: f32, turn: f32, ease: &Ease) -> f32 {
         let own = ease.half(v) - self.passed;
         self.way = min(self.way, own);

@@ -24,9 +24,9 @@ pub(crate) struct Ring {
     ways: [u16; PLACES],
     /// The index of the newest way.
     newest: u8,
-    /// How many times the plan has stood still, at most the number of places.
+    /// The number of times that the plan has stood still, at most the number of places.
     still: u8,
-    /// Whether the plan rests at the newest place.
+    /// True if the plan rests at the newest place.
     rested: bool,
     /// The sum of all ways.
     ahead: u32,
@@ -39,7 +39,7 @@ const _: () = assert!(PLACES < 256);
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Piece {
     speeds: [u32; 2],
-    /// Whether the tool comes to rest at its end.
+    /// True if the tool comes to rest at its end.
     rests: bool,
 }
 
@@ -55,7 +55,7 @@ impl Ring {
         }
     }
 
-    /// Whether the plan has stood still for the whole time.
+    /// Returns true if the plan has stood still for the whole time.
     pub(crate) const fn is_still(&self, ease: &Ease) -> bool {
         self.still as usize >= ease.places
     }
@@ -111,7 +111,7 @@ pub struct Mean {
     rate: f32,
     /// The time of a piece, seconds.
     between: f32,
-    /// Whether the tool rests at the end of the known way.
+    /// True if the tool rests at the end of the known way.
     rests: bool,
 }
 
@@ -187,13 +187,14 @@ impl Mean {
         })
     }
 
-    /// Whether the tool rests at the end of the known way, which is all handed out.
+    /// Returns true if the tool rests at the end of the known way, which is all handed out.
     pub(crate) const fn rests(&self) -> bool {
         self.rests && self.count == 0
     }
 
-    /// Whether more has to be known for the next segment, of `longest` seconds at most: a step, or
-    /// as much time as a segment has. Nothing is known behind a rest before that is reached.
+    /// Returns true if more has to be known for the next segment, of `longest` seconds at most: a
+    /// step, or as much time as a segment has. Nothing is known behind a rest before that is
+    /// reached.
     #[inline(never)]
     pub(crate) fn needs_more(&self, longest: f32) -> bool {
         if self.count == 0 {
@@ -215,7 +216,7 @@ impl Mean {
         self.count as f32 * self.between - self.now
     }
 
-    /// Whether there is room for one more piece.
+    /// Returns true if there is room for one more piece.
     const fn has_room(&self) -> bool {
         self.count < PIECES
     }
@@ -253,7 +254,7 @@ impl Mean {
         step.min(self.events.into()) as u32
     }
 
-    /// Whether the tool rests at a step.
+    /// Returns true if the tool rests at a step.
     #[inline(never)]
     pub(crate) fn rests_at(&self, step: u32) -> bool {
         let here = self.known().is_none_or(|last| last.to <= self.length);
@@ -389,7 +390,7 @@ const SOON: f32 = 1e-9;
 /// The least time that is known ahead of a segment, seconds: no segment is much shorter.
 const LEAST_AHEAD: f32 = 0.15e-3;
 
-/// By how much a place that was found in `f32` may be too far, 2⁻³² steps.
+/// The amount by which a place that was found in `f32` may be too far, 2⁻³² steps.
 const ROUNDED: i64 = 1024;
 
 /// A piece is over if this share of its time is.

@@ -18,7 +18,7 @@ impl Place {
         Self(units)
     }
 
-    /// Whole steps from the move's start.
+    /// Returns the whole steps from the move's start.
     pub const fn step(self) -> u32 {
         (self.0 >> 32) as u32
     }
@@ -33,7 +33,7 @@ impl Place {
         (self.0 as u32 & !0xFF) as f32 * UNIT
     }
 
-    /// Whether it is a whole step.
+    /// Returns true if it is a whole step.
     pub(crate) const fn is_whole(self) -> bool {
         self.0 as u32 == 0
     }
@@ -76,12 +76,12 @@ pub struct Plan {
     pub entry_v2: f32,
     /// Speed to cruise at, above 0.
     pub cruise: f32,
-    /// Squared speed wanted at the end. It is higher where the distance does not suffice to brake,
-    /// lower where it does not suffice to accelerate.
+    /// Squared speed wanted at the end. It is higher if the distance does not suffice to brake,
+    /// lower if it does not suffice to accelerate.
     pub exit_v2: f32,
-    /// Acceleration where the speed rises, above 0.
+    /// Acceleration while the speed rises, above 0.
     pub up: f32,
-    /// Acceleration where it falls, above 0.
+    /// Acceleration while it falls, above 0.
     pub down: f32,
 }
 
@@ -89,8 +89,8 @@ pub struct Plan {
 /// its ends.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Stretch {
-    /// Whole steps that are left of it; 0 where it ends within the next step.
+    /// Whole steps that are left of it; 0 if it ends within the next step.
     pub(crate) steps: u32,
-    /// Acceleration in it, steps/s², negative where it slows down.
+    /// Acceleration in it, steps/s², negative if it slows down.
     pub(crate) acceleration: f32,
 }

@@ -12,11 +12,12 @@
 //! ```
 //!
 //! A place is whole steps and a part of the next one, so it is exact; only speeds and lengths of
-//! phases are `f32`. Speeds on a ramp are computed from its outer end, where they are smallest and
-//! `v² = 2·a·s` loses nothing. Times come from `t = 2·Δs/(v0 + v1)`, which is exact under constant
-//! acceleration and free of cancellation. Together the relative error of a time is a few 2⁻²⁴.
+//! phases are `f32`. Speeds on a ramp are computed from its outer end, at which they are smallest
+//! and `v² = 2·a·s` loses nothing. Times come from `t = 2·Δs/(v0 + v1)`, which is exact under
+//! constant acceleration and free of cancellation. Together the relative error of a time is a few
+//! 2⁻²⁴.
 //!
-//! A first ramp goes down where the move begins faster than its cruise speed (an override was
+//! A first ramp goes down if the move begins faster than its cruise speed (an override was
 //! lowered).
 
 use super::plan::{Place, Plan, Stretch};
@@ -41,7 +42,7 @@ impl Profile {
         }
     }
 
-    /// Speed between the ramps (the peak where there is no cruise), steps/s.
+    /// Speed between the ramps (the peak if there is no cruise), steps/s.
     pub(crate) fn cruise(&self) -> f32 {
         match self {
             Self::Trapezoid(of) => of.cruise(),
@@ -76,7 +77,7 @@ impl Profile {
         }
     }
 
-    /// Whether the step under way is not known to its end.
+    /// Returns true if the step under way is not known to its end.
     pub(crate) fn is_open(&self, here: Place) -> bool {
         matches!(self, Self::Mean(of) if of.end() <= here.step())
     }
@@ -107,7 +108,7 @@ pub(crate) const ROUNDING: f32 = 2e-6;
 impl Trapezoid {
     /// Makes the fastest profile for `plan`.
     ///
-    /// Where the distance does not suffice to brake to the exit speed, the end is as slow as it can
+    /// If the distance does not suffice to brake to the exit speed, the end is as slow as it can
     /// be. Speeds that differ by no more than rounding errors are taken as equal.
     pub fn new(plan: &Plan) -> Self {
         let cruise_v2 = plan.cruise * plan.cruise;
@@ -185,12 +186,12 @@ impl Trapezoid {
         }
     }
 
-    /// The place at which the profile begins.
+    /// Returns the place at which the profile begins.
     pub const fn start(&self) -> Place {
         self.start
     }
 
-    /// The step at which the profile ends.
+    /// Returns the step at which the profile ends.
     pub const fn end(&self) -> u32 {
         self.end
     }
@@ -200,7 +201,7 @@ impl Trapezoid {
         self.entry_v2
     }
 
-    /// Speed between the ramps (the peak where there is no cruise), steps/s.
+    /// Speed between the ramps (the peak if there is no cruise), steps/s.
     pub const fn cruise(&self) -> f32 {
         self.cruise
     }
@@ -211,7 +212,7 @@ impl Trapezoid {
     }
 
     /// Acceleration of the first and deceleration of the last ramp, steps/s²; the first is negative
-    /// where that ramp goes down.
+    /// if that ramp goes down.
     pub const fn accelerations(&self) -> [f32; 2] {
         [0.5 * self.first_slope, 0.5 * self.last_slope]
     }

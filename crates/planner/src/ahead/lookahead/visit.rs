@@ -8,7 +8,7 @@ const VISITED: usize = 4;
 
 impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
     /// The slow move ahead: the limit at its start bounds the speed at the start of the next move
-    /// to run. `None` where the rest at the end of the plan bounds it.
+    /// to run. `None` if the rest at the end of the plan bounds it.
     pub(crate) fn slow_start(
         &self,
         braking: &impl Braking<AXES, MOTORS>,
@@ -134,9 +134,9 @@ impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
         (stop > begin && stop < len).then(|| self.number(stop))
     }
 
-    /// Whether the speed at the start of a block has to be found move by move from the end of the
-    /// queue: it has not been found yet, or the block is near the end of the plan. The block begins
-    /// at `index`.
+    /// Returns true if the speed at the start of a block has to be found move by move from the end
+    /// of the queue: it has not been found yet, or the block is near the end of the plan. The block
+    /// begins at `index`.
     fn is_inside(&self, index: usize) -> bool {
         let near_end = index + (1 << self.block_bits) >= self.planned;
         near_end || !self.was_found(self.block_of(self.number(index)))

@@ -18,7 +18,7 @@ pub(crate) struct Drive {
     pub(crate) events: u32,
     /// Steps of the dominant motor per mm of path.
     pub(super) steps_per_mm: f32,
-    /// Acceleration along the path where the path is straight, steps/s².
+    /// Acceleration along the path if the path is straight, steps/s².
     pub(super) acceleration: f32,
     /// The place that is reached.
     pub(crate) here: Place,
@@ -66,12 +66,12 @@ impl Drive {
         }
     }
 
-    /// Whether the move has not begun.
+    /// Returns true if the move has not begun.
     fn at_start(&self) -> bool {
         self.here == Place::at(0)
     }
 
-    /// Whether the end of the move is reached.
+    /// Returns true if the end of the move is reached.
     pub(crate) fn at_end(&self) -> bool {
         self.here.step() >= self.events
     }
@@ -105,7 +105,7 @@ pub(crate) struct Aim {
     pub(crate) corner_v2: f32,
     /// Speed to cruise at, mm/s.
     pub(crate) nominal: f32,
-    /// Accelerations along the path, mm/s²: where the speed rises, where it falls, and for a stop
+    /// Accelerations along the path, mm/s²: while the speed rises, while it falls, and for a stop
     /// that begins at once.
     pub(crate) up: f32,
     pub(crate) down: f32,
@@ -146,12 +146,12 @@ impl Aim {
     }
 }
 
-/// How far to go.
+/// The place to which motion goes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Goal {
     /// To the end of the move.
     End,
-    /// To rest as soon as possible. Where the move is too short for that, the stop goes on in the
+    /// To rest as soon as possible. If the move is too short for that, the stop goes on in the
     /// next move.
     Stop,
 }
@@ -174,7 +174,7 @@ impl Drive {
     ///
     /// A move may become the first one of a curve while it runs. Then the curve's acceleration
     /// across the path may leave too little for braking to the speed at its end. The profile in
-    /// force stays where it ends no faster.
+    /// force stays if it ends no faster.
     pub(crate) fn planned(&self, profile: &Trapezoid, aim: Aim) -> Trapezoid {
         let ends_here = profile.end() == self.events - aim.steps_after;
         let is_kept = ends_here && self.mm2(profile.exit_v2()) <= aim.exit_v2 && !self.at_start();
@@ -201,7 +201,7 @@ impl Drive {
     /// The way to the end of the part that runs.
     ///
     /// Braking ends at a computed speed that is only as exact as the high speed before it. The
-    /// planned exit speed is exact. Where the two speeds differ by no more than rounding, the
+    /// planned exit speed is exact. If the two speeds differ by no more than rounding, the
     /// planned one is used, so that rounding does not add up from move to move.
     ///
     /// An override may ask for a lower exit speed than can still be reached. Then the corner's own
@@ -219,7 +219,7 @@ impl Drive {
         }
     }
 
-    /// The squared speed (steps²/s²) at which braking from here on ends, where that is faster than
+    /// The squared speed (steps²/s²) at which braking from here on ends, if that is faster than
     /// the exit speed by more than rounding.
     fn missed(&self, entry_v2: f32, aim: Aim) -> Option<f32> {
         let per_mm = self.steps_per_mm;

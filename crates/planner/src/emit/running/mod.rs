@@ -37,7 +37,7 @@ pub(crate) struct Running<const MOTORS: usize> {
 }
 
 impl<const MOTORS: usize> Running<MOTORS> {
-    /// Begins `planned` at the squared speed `entry_v2` (mm²/s²); `None` where it has no steps.
+    /// Begins `planned` at the squared speed `entry_v2` (mm²/s²); `None` if it has no steps.
     /// Such a move is never queued.
     pub(crate) fn new<const AXES: usize>(
         planned: &PlannedMove<AXES, MOTORS>,
@@ -56,7 +56,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         })
     }
 
-    /// Begins `planned` under a jerk limit, where the move `before` has ended.
+    /// Begins `planned` under a jerk limit, when the move `before` has ended.
     pub(crate) fn after<const AXES: usize>(
         before: Option<&Self>,
         planned: &PlannedMove<AXES, MOTORS>,
@@ -77,7 +77,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         Some(running)
     }
 
-    /// Whether more of the tool's way has to be known for the next segment.
+    /// Returns true if more of the tool's way has to be known for the next segment.
     pub(crate) fn needs_more(&self, timing: Timing) -> bool {
         match &self.profile {
             Profile::Trapezoid(_) => false,
@@ -137,7 +137,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         self.drive.here
     }
 
-    /// Whether all steps of the profile have been handed out. A mean ends at its rest.
+    /// Returns true if all steps of the profile have been handed out. A mean ends at its rest.
     pub(crate) fn at_profile_end(&self) -> bool {
         match &self.profile {
             Profile::Trapezoid(of) => self.drive.here.step() >= of.end(),
@@ -148,17 +148,17 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// Whether the next segment belongs to the profile's last step.
+    /// Returns true if the next segment belongs to the profile's last step.
     fn is_in_last_step(&self) -> bool {
         self.drive.here.step() + 1 >= self.profile.end()
     }
 
-    /// Whether all steps of the move have been handed out.
+    /// Returns true if all steps of the move have been handed out.
     pub(crate) fn at_end(&self) -> bool {
         self.drive.here.step() >= self.drive.events
     }
 
-    /// Whether motion rests at the profile's end.
+    /// Returns true if motion rests at the profile's end.
     fn rests_after(&self) -> bool {
         self.profile.exit_v2() <= 0.0
     }

@@ -13,11 +13,11 @@ use leadscrew_stepper::{Early, Interval, IntervalChange, MotorMask, Smoothing};
 /// millisecond at 300 kHz has 300 step events.)
 const MOST_EVENTS: u32 = 4000;
 
-/// By how much a motor may be too early after an override in a cruise, seconds.
+/// The amount by which a motor may be too early after an override in a cruise, seconds.
 ///
 /// After a step that takes `T` an override may make the next step shorter by `a·T³`. A motor that
 /// is early by a sixteenth of the first step is then too early by a sixteenth of this difference.
-/// Where that is more than this bound, the ticks of a cruise are as fine as on a ramp.
+/// If that is more than this bound, the ticks of a cruise are as fine as on a ramp.
 const SURPRISE: f32 = 0.2e-6;
 
 /// The evenness to use for a cruise whose ticks have to be as fine as on a ramp: anything below 1.
@@ -176,7 +176,7 @@ const SUDDEN: f32 = 4.0;
 
 /// The least evenness (see `fit::smoothing`) of the first step after the steps in parts. In that
 /// step the speed changes by less than a sixth. It changes by up to a fourth if an override makes
-/// motion accelerate where it braked before, or brake where it accelerated.
+/// motion accelerate if it braked before, or brake if it accelerated.
 const SETTLED: f32 = 0.75;
 
 /// A step that is not sudden takes at most this many times as long as at its first speed: `2/(1 +
@@ -208,7 +208,7 @@ const MOST_OF_IT: f32 = 0.75;
 /// of a step takes half of its time. A hold or an override may change the speed of the next step.
 /// Ticks whose interval changes linearly cannot follow that, and a motor that is half a tick early
 /// may be early by a large part of a step's time. But in one step event each motor steps at most
-/// once. So the step event is cut where motors are due into parts of one tick each, and where a
+/// once. So the step event is cut when motors are due into parts of one tick each, and when a
 /// part would take longer than a segment may:
 ///
 /// ```text
@@ -216,7 +216,7 @@ const MOST_OF_IT: f32 = 0.75;
 ///   |..........|......|........|...........|      parts of a millisecond at most
 /// ```
 ///
-/// In the part that ends where it is due each motor is advanced by the whole step event at once.
+/// In the part that ends when it is due each motor is advanced by the whole step event at once.
 ///
 /// Ticks cannot be closer than [`Timing::shortest_tick`]. A step that is due sooner after a tick
 /// comes a little late, or with the tick before it. [`Carry`] makes the next tick come sooner.
@@ -229,14 +229,15 @@ struct Part {
 }
 
 impl<const MOTORS: usize> Running<MOTORS> {
-    /// Whether a part is next, or a step event that may have to be handed out in parts: one that
-    /// takes much longer than the next, or longer than a segment, or may do so after an override.
+    /// Returns true if a part is next, or a step event that may have to be handed out in parts: one
+    /// that takes much longer than the next, or longer than a segment, or may do so after an
+    /// override.
     fn is_for_parts(&self, timing: Timing) -> bool {
         let is_sudden = self.speed * self.speed < SUDDEN * self.drive.acceleration;
         !self.drive.here.is_whole() || is_sudden || self.speed * timing.longest_segment < LONGER
     }
 
-    /// The next part of the step event. `None` where the event takes no longer than a segment may
+    /// The next part of the step event. `None` if the event takes no longer than a segment may
     /// and no motor needs parts, or ticks would be too close.
     fn part(&mut self, timing: Timing, carry: &mut Carry) -> Option<Piece> {
         let (shortest, start) = (timing.shortest_tick, self.drive.here);
@@ -291,7 +292,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// The part to the place where the next motor is due in the step event, of which `rest` is
+    /// The part to the place at which the next motor is due in the step event, of which `rest` is
     /// left. No tick comes before `earliest`. Motors that are due less than `shortest` after a tick
     /// step with it. So the last part advances all motors that are left.
     fn next_due(&self, rest: Part, earliest: f32, shortest: f32) -> Part {
@@ -318,9 +319,9 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// if such a part can be found.
     ///
     /// `whole` is divided into as many parts as needed, each of the same time. The length of a
-    /// part is found as under constant acceleration, which it mostly is. Where a ramp ends, the
+    /// part is found as under constant acceleration, which it mostly is. If a ramp ends, the
     /// length is corrected. A part that is too short in time is made longer in proportion, which is
-    /// never too much where the speed grows. A part that takes too long is made shorter by the cube
+    /// never too much while the speed grows. A part that takes too long is made shorter by the cube
     /// of the ratio. Under a jerk limit a part ends where the known way ends.
     fn cut(&self, whole: Part, longest: f32) -> Part {
         if let Profile::Mean(mean) = &self.profile {

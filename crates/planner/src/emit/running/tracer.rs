@@ -19,12 +19,13 @@ pub(super) struct Tracer<const MOTORS: usize> {
     line: Line<MOTORS>,
     /// The step of the move at which `line` begins: 0 until the line is begun anew.
     start: u32,
-    /// Whether the stepper has yet to be told of `line`.
+    /// True if the stepper has yet to be told of `line`.
     announce: bool,
-    /// Whether a motor steps less often than the dominant one: only then is smoothing of use.
+    /// True if a motor steps less often than the dominant one: only then is smoothing of use.
     smooth: bool,
-    /// How early motors are: half a tick of this smoothing. It may be coarser than the last
-    /// segment's smoothing (see [`Tracer::smoothing`]). `None` where motors are not early at all.
+    /// The time by which motors are early: half a tick of this smoothing. It may be coarser than
+    /// the last segment's smoothing (see [`Tracer::smoothing`]). `None` if motors are not early
+    /// at all.
     early: Option<Smoothing>,
 }
 
@@ -58,7 +59,7 @@ impl<const MOTORS: usize> Tracer<MOTORS> {
         announce.then(|| LineStart::new(self.line, early))
     }
 
-    /// How early motors are at the end of the segments handed out.
+    /// Returns how early motors are at the end of the segments handed out.
     pub(super) fn early(&self) -> Early {
         self.early.map_or(Early::NOT, Early::half_a_tick)
     }
@@ -68,7 +69,7 @@ impl<const MOTORS: usize> Tracer<MOTORS> {
         self.early = early;
     }
 
-    /// Whether smoothing is of use.
+    /// Returns true if smoothing is of use.
     pub(super) const fn is_smooth(&self) -> bool {
         self.smooth
     }
@@ -104,9 +105,9 @@ impl<const MOTORS: usize> Tracer<MOTORS> {
     }
 }
 
-/// The share of the step event after `done` at which a motor is due; 1 where it is due at the end
+/// The share of the step event after `done` at which a motor is due; 1 if it is due at the end
 /// of that event or later. The motor takes `steps` in a line of `events`. Bresenham's counter
-/// begins half full, so a motor's step is due where its exact share is half-way between two whole
+/// begins half full, so a motor's step is due when its exact share is half-way between two whole
 /// numbers.
 #[inline(never)] // inlined, a record of four motors takes 332 bytes more
 fn due(steps: u32, events: u32, done: u32) -> f32 {
@@ -129,7 +130,7 @@ pub(super) struct Along {
     line_number: Option<u32>,
     /// Outputs that change with the first segment, until that is handed out.
     outputs: OutputChange,
-    /// How many changes of power the pool still holds for this move.
+    /// The number of changes of power that the pool still holds for this move.
     pixels: u16,
     /// The next change of power, and the step at which it comes.
     next_pixel: Option<(u32, Pixel)>,
@@ -184,7 +185,7 @@ impl Along {
         self.power
     }
 
-    /// The power of the first tick and its change from tick to tick, where the program asks for
+    /// The power of the first tick and its change from tick to tick, if the program asks for
     /// `power`. `speeds` are the speeds in the first and in the last tick, steps/s.
     pub(super) fn power_over(
         &self,

@@ -24,7 +24,8 @@ fn rig(acceleration: f32, queue: &mut RigQueue) -> Rig<'_> {
     )
 }
 
-/// The record of the pins: when a power was put out, and when the carriage was where (steps).
+/// The record of the pins: when a power was put out, and when the carriage was at which place
+/// (steps).
 #[derive(Default)]
 struct Record {
     powers: Vec<(u64, Power)>,
@@ -57,7 +58,8 @@ fn run(rig: &mut Rig<'_>, lead: &mut PowerLead<'_, 2>) -> Record {
     record
 }
 
-/// Where the light of a laser that is `delay` counts late goes on and off, steps.
+/// Returns the places at which the light of a laser that is `delay` counts late goes on and off,
+/// steps.
 fn burnt(record: &Record, delay: u64) -> Vec<f64> {
     let mut lit = false;
     let mut edges = Vec::new();

@@ -271,7 +271,7 @@ fn program(parts: &[(u8, i32, u32)]) -> Vec<Move<2>> {
 struct Burnt {
     step: MotorMask,
     power: Power,
-    /// Whether it may be the last tick of a hold, which takes long and has less power.
+    /// True if it may be the last tick of a hold, which takes long and has less power.
     faded: bool,
 }
 
