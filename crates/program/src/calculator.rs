@@ -28,7 +28,7 @@ use heapless::Vec;
 #[derive(Debug)]
 pub struct Calculator<const NUMBERED: usize, const NAMED: usize> {
     parameters: Parameters<NUMBERED, NAMED>,
-    /// What the line read last sets.
+    /// The parameters that the line read last sets.
     set: Set,
 }
 

@@ -14,10 +14,10 @@ const DEEPEST: u8 = 64;
 /// them.
 const SHALLOW: u8 = 17;
 
-/// What EQ and NE take for equal, as LinuxCNC does: less than 0.0001 apart.
+/// The distance below which EQ and NE take values for equal, as LinuxCNC does: 0.0001.
 const EQUAL: Value = Value::constant(100_000_000_000_000);
 
-/// What an expression can read.
+/// The values that an expression can read.
 pub(crate) trait Values {
     /// A numbered parameter.
     fn numbered(&self, number: u16) -> Result<Value, ErrorKind>;
@@ -25,7 +25,7 @@ pub(crate) trait Values {
     fn named(&self, name: &Name) -> Result<Value, ErrorKind>;
     /// Returns true if a parameter can be read.
     fn exists(&self, target: &Target) -> bool;
-    /// Whether a program may set a parameter.
+    /// Checks whether a program may set a parameter.
     fn may_set(&self, target: &Target) -> Result<(), ErrorKind>;
 }
 
@@ -33,7 +33,7 @@ pub(crate) trait Values {
 pub(crate) struct Reader<'t, 'v> {
     pub(crate) cursor: Cursor<'t>,
     values: &'v dyn Values,
-    /// How much deeper values and operands may stand.
+    /// The number of levels by which values and operands may be nested deeper.
     left: u8,
 }
 

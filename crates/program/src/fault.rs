@@ -77,7 +77,7 @@ pub enum ErrorKind {
     Endless,
 }
 
-/// What had to stand at a place.
+/// The thing that had to stand at a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Expected {
     /// A number, a parameter, a function or `[`.
@@ -104,7 +104,7 @@ pub enum Expected {
     Number,
 }
 
-/// Why a calculation has no result.
+/// The reason why a calculation has no result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Math {
     /// A division by 0.

@@ -1,4 +1,4 @@
-//! What a program is in the middle of: calls, loops, and the search for a line.
+//! The frames that a program is in the middle of: calls, loops, and the search for a line.
 
 use crate::fault::{Error, ErrorKind};
 use crate::label::{Keyword, Label};
@@ -61,7 +61,7 @@ pub(crate) enum LoopKind {
     },
 }
 
-/// What a program does with its next line.
+/// The treatment of a program's next line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Mode {
     /// Runs it.

@@ -89,7 +89,7 @@ pub(crate) fn acos(cosine: Value) -> Answer {
     atan(other_leg(cosine)?, cosine)
 }
 
-/// √(1 − x²).
+/// Returns √(1 − x²).
 fn other_leg(leg: Value) -> Answer {
     if leg.abs() > Value::ONE {
         return Err(Math::NoAngle);

@@ -10,7 +10,7 @@ use crate::label::{Keyword, Label};
 pub(crate) struct Head<'t> {
     pub(crate) label: Label,
     pub(crate) keyword: Keyword,
-    /// What follows the keyword.
+    /// The text that follows the keyword.
     pub(crate) cursor: Cursor<'t>,
     /// The O.
     start: Cursor<'t>,

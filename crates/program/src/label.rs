@@ -53,7 +53,7 @@ impl fmt::Debug for Name {
     }
 }
 
-/// What tells one O word from another.
+/// The label that tells one O word from another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Label {
     /// `O100`.
@@ -72,7 +72,7 @@ impl fmt::Display for Label {
     }
 }
 
-/// What an assignment sets.
+/// The target of an assignment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Target {
     /// `#100`.
@@ -81,7 +81,7 @@ pub(crate) enum Target {
     Name(Name),
 }
 
-/// What an O word does.
+/// The work of an O word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Keyword {
     /// No keyword: the number of a program, as Fanuc has it.

@@ -34,7 +34,7 @@ impl<const ROOM: usize> Numbered<ROOM> {
         self.find(number).is_ok()
     }
 
-    /// How many more can be set.
+    /// Returns how many more can be set.
     pub(crate) fn room(&self) -> usize {
         ROOM - self.0.len()
     }

@@ -16,7 +16,7 @@ const KEPT: core::ops::RangeInclusive<u16> = 5061..=5428;
 /// Parameters that a line may set.
 const ASSIGNMENTS: usize = 16;
 
-/// What a line sets, each with its column.
+/// The values that a line sets, each with its column.
 pub(crate) type Set = Vec<(Target, Value, usize), ASSIGNMENTS>;
 
 /// A named parameter.
@@ -71,7 +71,7 @@ impl<const NUMBERED: usize, const NAMED: usize> Parameters<NUMBERED, NAMED> {
         self.named.iter().position(is_it)
     }
 
-    /// Whether there is room for all of these at once.
+    /// Checks whether there is room for all of these at once.
     pub(crate) fn has_room(&self, set: &Set) -> Result<(), Fault> {
         let (mut numbered, mut named) = (self.numbered.room(), NAMED - self.named.len());
         for (index, (target, _, column)) in set.iter().enumerate() {

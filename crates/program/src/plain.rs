@@ -162,7 +162,7 @@ fn copy<const LINE: usize>(line: &[u8], out: &mut Vec<u8, LINE>) -> Result<(), F
 struct Code {
     kind: Kind,
     column: usize,
-    /// P and L.
+    /// The P word, which names a subprogram, and the L word, the number of its calls.
     number: Option<Word>,
     times: Option<Word>,
 }

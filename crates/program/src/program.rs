@@ -57,7 +57,7 @@ pub struct Program<
     left: u64,
 }
 
-/// What came of a step.
+/// The outcome of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step<'p> {
     /// A plain line for the interpreter.
@@ -70,7 +70,7 @@ pub enum Step<'p> {
     End,
 }
 
-/// What a line came to.
+/// The outcome of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Outcome {
     /// `out` holds a plain line.
@@ -104,7 +104,7 @@ impl<
         }
     }
 
-    /// The line read last, from 1, and the number of its text.
+    /// Returns the line read last, from 1, and the number of its text.
     pub fn line(&self) -> (u8, u32) {
         (self.text, self.next.line)
     }

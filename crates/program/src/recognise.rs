@@ -4,8 +4,8 @@ use crate::cursor::Cursor;
 use crate::head::Head;
 use leadscrew_gcode::{words, Letter};
 
-/// True if a line needs this crate: it has a parameter, an expression, an O word, M98, M99 or G65.
-/// Plain G-code and lines that begin with `$` or `[` do not.
+/// Returns true if a line needs this crate: it has a parameter, an expression, an O word, M98, M99
+/// or G65. Plain G-code and lines that begin with `$` or `[` do not.
 ///
 /// Of a plain line without comments each byte is looked at once, 16 at a time if the processor
 /// can.

@@ -28,7 +28,7 @@ impl Texts for &[u8] {
 pub(crate) struct Place {
     /// Its offset in the text, bytes.
     at: usize,
-    /// Lines before it.
+    /// The number of lines before it.
     pub(crate) line: u32,
 }
 

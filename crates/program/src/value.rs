@@ -22,9 +22,9 @@ const SHORT: u128 = u128::MAX / ONE;
 pub struct Value(i128);
 
 impl Value {
-    /// 0.
+    /// The value 0.
     pub const ZERO: Self = Self(0);
-    /// 1.
+    /// The value 1.
     pub const ONE: Self = Self(ONE as i128);
 
     /// Makes a value of a count of 10⁻¹⁸, known to lie within the range.
@@ -89,7 +89,7 @@ impl Value {
         Self((self.0 + half).checked_div(unit).unwrap_or(0) * unit)
     }
 
-    /// What comparisons see: 12 decimals.
+    /// Returns what comparisons see: 12 decimals.
     pub(crate) fn seen(self) -> Self {
         self.rounded(12)
     }

@@ -1,4 +1,4 @@
-//! What a program may know of its machine.
+//! The values that a program may know of its machine.
 
 use crate::label::Name;
 use crate::value::Value;
@@ -12,7 +12,7 @@ pub trait World {
     fn read(&self, item: Item) -> Option<Value>;
 }
 
-/// Knows nothing.
+/// The world of a program without a machine: it knows nothing.
 impl World for () {
     fn read(&self, _: Item) -> Option<Value> {
         None
@@ -23,7 +23,7 @@ impl World for () {
 /// in the program's unit, millimetres or inches, offsets too.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Item {
-    /// #5061 to #5069: where the probe last touched, work coordinates, axis by axis.
+    /// #5061 to #5069: the place at which the probe last touched, work coordinates, axis by axis.
     Probed(u8),
     /// #5070, `#<_probe_state>`: 1 if the last probe touched, else 0.
     ProbeState,

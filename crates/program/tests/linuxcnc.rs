@@ -13,7 +13,7 @@ use std::{env, fs};
 /// Coordinates are recorded with four decimals, mm.
 const BOUND: f64 = 0.000_051_1;
 
-/// What became of a program.
+/// An event in the run of a program.
 #[derive(Debug, PartialEq)]
 enum Event {
     Rapid([f64; 3]),

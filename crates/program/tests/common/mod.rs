@@ -17,7 +17,7 @@ impl Texts for Files {
     }
 }
 
-/// What became of a program.
+/// The outcome of a program.
 #[derive(Debug, Default, PartialEq)]
 pub(crate) struct Ran {
     /// Its plain lines.
