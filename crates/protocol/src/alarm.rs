@@ -1,10 +1,10 @@
-//! Why the machine locked itself: `ALARM:N`. The numbers are GRBL's.
+//! The reason why the machine locked itself: `ALARM:N`. The numbers are GRBL's.
 
 use core::fmt;
 use leadscrew_interpreter::codes;
 
 codes! {
-    /// Why the machine locked itself.
+    /// The reason why the machine locked itself.
     Alarm {
         HardLimit = 1, "A limit switch was hit",
             "The machine stopped at once and may have lost steps. Reset it, move clear of the switch, and home again.";
@@ -30,8 +30,8 @@ codes! {
 }
 
 impl Alarm {
-    /// True if only a reset leads out of this alarm: the machine may be standing in a switch or be
-    /// about to leave its travel.
+    /// Returns true if only a reset leads out of this alarm: the machine may be standing in a
+    /// switch or be about to leave its travel.
     pub const fn needs_reset(self) -> bool {
         matches!(self, Self::HardLimit | Self::SoftLimit)
     }

@@ -1,4 +1,4 @@
-//! Which status report carries the work offset, which the overrides.
+//! Says which status report carries the work offset, which the overrides.
 //!
 //! Both change seldom, and senders keep the last values that they saw. So each comes only now and
 //! then:
@@ -27,7 +27,8 @@ const WORK_OFFSET_EVERY: (u8, u8) = (10, 30);
 /// The overrides come in every n-th report. The two values of n: at rest, and while busy.
 const OVERRIDES_EVERY: (u8, u8) = (10, 20);
 
-/// How many reports go before the next one with each occasional field; 0: the field is due.
+/// The number of reports that go before the next one with each occasional field; 0: the field is
+/// due.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Cadence {

@@ -20,7 +20,7 @@ use leadscrew_gcode::Number;
 pub struct Decimal {
     /// The printed digits without the point.
     digits: i64,
-    /// How many of them stand after the point, 0 to 4.
+    /// The number of them that stand after the point, 0 to 4.
     places: u8,
 }
 
@@ -29,27 +29,27 @@ impl Decimal {
     /// digits.
     pub const MAX_LENGTH: usize = 15;
 
-    /// A length in millimetres, or an angle, with 3 decimals.
+    /// Makes a length in millimetres, or an angle, with 3 decimals.
     pub fn millimetres(value: Number) -> Self {
         Self::new(value, 1_000_000, 3)
     }
 
-    /// A length given in millimetres as inches with 4 decimals.
+    /// Makes a length given in millimetres as inches with 4 decimals.
     pub fn inches(value: Number) -> Self {
         Self::new(value, 2_540_000, 4)
     }
 
-    /// A feed given in mm/min as inch/min with 1 decimal.
+    /// Makes a feed given in mm/min as inch/min with 1 decimal.
     pub fn inches_per_minute(value: Number) -> Self {
         Self::new(value, 2_540_000_000, 1)
     }
 
-    /// A value with 1 decimal: a time in s.
+    /// Makes a value with 1 decimal: a time in s.
     pub fn tenths(value: Number) -> Self {
         Self::new(value, 100_000_000, 1)
     }
 
-    /// A value without decimals: feeds in mm/min, speeds in 1/min, whole settings.
+    /// Makes a value without decimals: feeds in mm/min, speeds in 1/min, whole settings.
     pub fn whole(value: Number) -> Self {
         Self::new(value, 1_000_000_000, 0)
     }

@@ -30,7 +30,7 @@ enum Skip {
 /// True if expressions are kept whole.
 const CALCULATES: bool = cfg!(feature = "linuxcnc");
 
-/// What the line under way is at its end.
+/// The kind of the line under way at its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum End {
     /// A line without a comment.
@@ -95,9 +95,9 @@ pub struct LineReader<const CAPACITY: usize> {
     too_long: bool,
     /// The comment of the last line that has one.
     comment: Vec<u8, COMMENT>,
-    /// What the line under way is so far.
+    /// The kind of the line under way so far.
     end: End,
-    /// What the line is that was completed last.
+    /// The kind of the line that was completed last.
     last: End,
 }
 
@@ -432,8 +432,8 @@ mod tests {
         assert_eq!(find(2), b"1");
     }
 
-    /// The obvious filter: the text of the line cut into pieces, at its comments and where its
-    /// first expression begins.
+    /// The obvious filter: the text of the line cut into pieces, at its comments and at the place
+    /// at which its first expression begins.
     fn reference(text: &str) -> String {
         let mut rest = text;
         let mut kept = String::new();

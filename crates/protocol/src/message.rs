@@ -58,13 +58,14 @@ pub struct Capped {
 }
 
 impl Capped {
-    /// True if it is an acceleration, `$120` and up; otherwise it is about the rate of steps.
+    /// Returns true if it is an acceleration, `$120` and up; otherwise it is about the rate of
+    /// steps.
     pub const fn is_acceleration(&self) -> bool {
         self.number / 10 == 12
     }
 }
 
-/// What went off although no line said so, why, and the setting that has the time.
+/// The load that went off although no line said so, the reason, and the setting that has the time.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct WentOff {

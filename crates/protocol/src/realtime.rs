@@ -87,7 +87,7 @@ pub enum Realtime {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Byte {
-    /// Part of a line. For a letter outside ASCII it is [`LETTER`].
+    /// A byte that is part of a line. For a letter outside ASCII it is [`LETTER`].
     Ordinary(u8),
     /// A realtime command.
     Realtime(Realtime),
@@ -99,7 +99,7 @@ pub enum Byte {
 /// that has it is refused.
 pub const LETTER: u8 = 0x80;
 
-/// How far a letter of several bytes has come.
+/// The progress of a letter of several bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Letter {
     /// No letter is under way.

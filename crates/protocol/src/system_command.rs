@@ -46,7 +46,7 @@ pub enum SystemCommand<'a> {
     ShowStartup,
     /// `$Nx=`: check and store a startup line, empty to delete it.
     StoreStartup {
-        /// 0 or 1.
+        /// The number of the line, 0 or 1.
         index: u8,
         /// The line, filtered.
         line: &'a [u8],
@@ -86,7 +86,7 @@ pub enum Enumeration {
     Alarms,
 }
 
-/// Which axes to home.
+/// The axes to home.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Homing {
@@ -141,8 +141,8 @@ pub struct Circumstances {
 type Refused<'a> = (Status, &'a [u8]);
 
 impl<'a> SystemCommand<'a> {
-    /// True if the operator may give this command while a program's line is put aside (a tool
-    /// change).
+    /// Returns true if the operator may give this command while a program's line is put aside (a
+    /// tool change).
     pub fn serves_operator(&self) -> bool {
         match self {
             Self::Home(_) | Self::Jog(_) | Self::Unlock => true,
@@ -165,7 +165,8 @@ impl<'a> SystemCommand<'a> {
         }
     }
 
-    /// True if the command is refused as soon as a move is planned, even before the move begins.
+    /// Returns true if the command is refused as soon as a move is planned, even before the move
+    /// begins.
     pub fn needs_rest(&self) -> bool {
         match self {
             Self::StoreBuild(_)

@@ -19,17 +19,17 @@ impl fmt::Display for VersionLine<'_> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct OptionsLine {
-    /// Line numbers in status reports.
+    /// True if status reports have line numbers.
     pub line_numbers: bool,
-    /// M7.
+    /// True if there is mist coolant (M7).
     pub mist: bool,
     /// Axes that share motors, as crossed belts do.
     pub crossed_belts: bool,
-    /// Parking.
+    /// True if the machine parks at the door.
     pub parking: bool,
-    /// `$HX`, `$HY`, `$HZ`.
+    /// True if single axes may be homed: `$HX`, `$HY`, `$HZ`.
     pub single_axis_homing: bool,
-    /// M56.
+    /// True if M56 controls parking.
     pub parking_override: bool,
     /// A safety door switch.
     pub door: bool,
@@ -64,7 +64,7 @@ impl fmt::Display for OptionsLine {
 /// A line of `$N`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StartupLine<'a> {
-    /// 0 or 1.
+    /// The number of the line, 0 or 1.
     pub index: u8,
     /// The line that is stored there.
     pub line: &'a [u8],

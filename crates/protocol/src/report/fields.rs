@@ -2,9 +2,9 @@
 
 /// Machine position rather than work position.
 pub const MACHINE_POSITION: u8 = 1;
-/// `Bf:`.
+/// The bit of `Bf:`.
 pub const ROOM: u8 = 2;
 /// `Ln:` for lines without an `N` word, too.
 pub const LINE: u8 = 4;
-/// `Fin:`.
+/// The bit of `Fin:`.
 pub const TIME_LEFT: u8 = 8;

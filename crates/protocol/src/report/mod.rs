@@ -41,15 +41,15 @@ pub type Coordinates<const AXES: usize> = [Number; AXES];
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Units<const AXES: usize> {
-    /// Inches, not millimetres.
+    /// True for inches, false for millimetres.
     pub inches: bool,
     /// The kind of each axis: an axis that turns is in degrees in any case.
     pub axes: [AxisKind; AXES],
 }
 
 impl<const AXES: usize> Units<AXES> {
-    /// A length in the unit of reports. An offset that was limited to [`MAX_WORD`], which no motion
-    /// can use, prints as Grbl prints a number that is too large.
+    /// Returns a length in the unit of reports. An offset that was limited to [`MAX_WORD`], which
+    /// no motion can use, prints as Grbl prints a number that is too large.
     pub fn length(&self, value: Number) -> Decimal {
         let decimal = if self.inches {
             Decimal::inches(value)

@@ -10,15 +10,15 @@ use leadscrew_gcode::Number;
 pub struct ModesReport {
     /// Motion mode, as in `G38.2`: 0, 1, 2, 3, 38.2 to 38.5, 73, 80 to 83, 85, 86, 89.
     pub motion: Number,
-    /// 54 to 59.
+    /// The work coordinate system in force, 54 to 59.
     pub coordinate_system: u8,
-    /// 17 to 19.
+    /// The plane of arcs, 17 to 19.
     pub plane: u8,
-    /// 20 or 21.
+    /// The unit of lengths, 20 or 21.
     pub units: u8,
-    /// 90 or 91.
+    /// The distance mode, 90 or 91.
     pub distance: u8,
-    /// 93 or 94.
+    /// The feed mode, 93 or 94.
     pub feed_mode: u8,
     /// G99 is in force. Grbl has neither G98 nor G99: G98, the usual one, is not shown.
     pub back_to_r: bool,

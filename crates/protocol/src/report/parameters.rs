@@ -7,15 +7,15 @@ use leadscrew_gcode::Number;
 /// The rows of `$#`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Parameters<const AXES: usize> {
-    /// G54 to G59.3.
+    /// The work offsets of G54 to G59.3, mm.
     pub systems: [Coordinates<AXES>; 9],
     /// True if the machine has G59.1 to G59.3; Grbl has not.
     pub nine: bool,
-    /// G28.
+    /// The stored place of G28, machine position, mm.
     pub home: Coordinates<AXES>,
-    /// G30.
+    /// The stored place of G30, machine position, mm.
     pub second_home: Coordinates<AXES>,
-    /// G92.
+    /// The offset of G92, mm.
     pub temporary: Coordinates<AXES>,
     /// Tool length offset, mm.
     pub tool_length: Number,
@@ -29,7 +29,7 @@ impl<const AXES: usize> Parameters<AXES> {
     /// Places of the systems that Grbl has not.
     const FURTHER: core::ops::Range<usize> = 6..9;
 
-    /// The number of lines that `$#` has.
+    /// Returns the number of lines that `$#` has.
     pub const fn lines(nine: bool) -> usize {
         match nine {
             true => 14,

@@ -18,7 +18,7 @@ pub struct OverridePercents {
     pub spindle: u8,
 }
 
-/// Which way the spindle turns while its output is on.
+/// The direction in which the spindle turns while its output is on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Turning {
@@ -36,9 +36,9 @@ pub enum Turning {
 pub struct Accessories {
     /// The spindle.
     pub spindle: Turning,
-    /// Flood coolant.
+    /// True if flood coolant is on.
     pub flood: bool,
-    /// Mist coolant.
+    /// True if mist coolant is on.
     pub mist: bool,
 }
 
@@ -59,7 +59,7 @@ impl fmt::Display for Accessories {
     }
 }
 
-/// Which inputs are active: the letters of `Pn:`.
+/// The inputs that are active: the letters of `Pn:`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Pins {

@@ -238,7 +238,7 @@ impl Inbox<'_> {
         self.shared.closed.store(false, Ordering::Release);
     }
 
-    /// The number of unread bytes that came before `mark`. Main loop.
+    /// Returns the number of unread bytes that came before `mark`. Main loop.
     pub fn ahead_of(&self, mark: Mark) -> u32 {
         let ahead = mark.0.wrapping_sub(self.taken).cast_signed();
         u32::try_from(ahead).unwrap_or(0)
@@ -329,8 +329,8 @@ impl Inbox<'_> {
         self.ahead_of_request() == Some(0)
     }
 
-    /// How many bytes came before the next realtime command and have not been taken yet; `None`
-    /// if there is no command.
+    /// Returns how many bytes came before the next realtime command and have not been taken yet;
+    /// `None` if there is no command.
     fn ahead_of_request(&self) -> Option<usize> {
         let Some(request) = self.requests.peek() else {
             return self.is_late().then_some(0);
