@@ -36,11 +36,11 @@ pub const SETTINGS: usize = 64;
 #[derive(Clone, Copy, PartialEq, Eq, Debug, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[repr(C)]
 pub struct Head {
-    /// [`crate::MAGIC`].
+    /// The mark of a record, [`crate::MAGIC`].
     pub magic: U32,
     /// CRC-32 of the bytes behind this field, to the record's end.
     pub checksum: U32,
-    /// [`crate::VERSION`].
+    /// The version of the layout, [`crate::VERSION`].
     pub version: U16,
     /// The length of the whole record in bytes, with its settings.
     pub length: U16,
@@ -56,7 +56,7 @@ pub struct Shape {
     pub motors: u8,
     /// 0: each axis has one motor; 1: crossed belts; 2 + n: axis n has two motors.
     pub kinematics: u8,
-    /// How many settings follow.
+    /// The number of settings that follow.
     pub defaults: u8,
 }
 
@@ -94,7 +94,7 @@ impl Shape {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[repr(C)]
 pub struct Serial {
-    /// 1 or 2.
+    /// The number of the USART, 1 or 2.
     pub usart: u8,
     /// The pin on which the board sends.
     pub transmit: PinCode,
@@ -110,9 +110,9 @@ pub struct Power {
     pub pin: PinCode,
     /// Number of the timer's function in the data sheet's table 9.
     pub function: u8,
-    /// 1, 3, 4, 8 or 9.
+    /// The number of the timer: 1, 3, 4, 8 or 9.
     pub timer: u8,
-    /// 1 to 4.
+    /// The channel of the timer, 1 to 4.
     pub channel: u8,
 }
 
@@ -141,13 +141,13 @@ impl Motor {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[repr(C)]
 pub struct Outputs {
-    /// Spindle on.
+    /// The output that switches the spindle on.
     pub spindle: PinCode,
-    /// Spindle counter-clockwise.
+    /// The output for the counter-clockwise direction of the spindle.
     pub spindle_reverse: PinCode,
-    /// Flood coolant.
+    /// The output of flood coolant.
     pub flood: PinCode,
-    /// Mist coolant.
+    /// The output of mist coolant.
     pub mist: PinCode,
 }
 
@@ -260,7 +260,7 @@ pub struct Record {
 pub struct Setting {
     /// The number after the `$`.
     pub number: U16,
-    /// Zeros.
+    /// Bytes without a meaning yet: zeros.
     pub reserved: [u8; 6],
     /// Its value, in units of 10⁻⁹.
     pub nanos: I64,

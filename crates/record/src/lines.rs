@@ -67,7 +67,7 @@ impl Incoming {
         Ok(())
     }
 
-    /// The bytes that have come so far.
+    /// Returns the bytes that have come so far.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
         self.bytes.get(..self.length).unwrap_or_default()

@@ -10,9 +10,9 @@ pub const SLOTS: usize = 8;
 /// much: a chip of 512 KiB behind a bootloader, its record and its settings.
 pub const PROGRAM: u32 = 192 << 10;
 
-/// The sector of the record, for an image that begins in sector `start`. It is sector 3, which is
-/// small and which every chip has. An image that begins in sector 3 or later has the record in the
-/// sector behind its vector table. The program's code is behind the record.
+/// Returns the sector of the record, for an image that begins in sector `start`. It is sector 3,
+/// which is small and which every chip has. An image that begins in sector 3 or later has the
+/// record in the sector behind its vector table. The program's code is behind the record.
 #[must_use]
 pub const fn sector(start: u8) -> u8 {
     if start < 3 {
@@ -22,8 +22,8 @@ pub const fn sector(start: u8) -> u8 {
     }
 }
 
-/// The place of the record in force: the last record in front of empty flash. `None` if there is
-/// no record. `first_word` gives the first word of a place.
+/// Returns the place of the record in force: the last record in front of empty flash. `None` if
+/// there is no record. `first_word` gives the first word of a place.
 #[must_use]
 pub fn slot(first_word: impl Fn(usize) -> u32) -> Option<usize> {
     let used = (0..SLOTS).take_while(|slot| first_word(*slot) != u32::MAX);

@@ -9,9 +9,9 @@ use zerocopy::{
 /// The number of bytes at the beginning of a record that the checksum does not protect.
 pub const UNPROTECTED: usize = 8;
 
-/// The checksum of whole words, as the chip's CRC unit makes it (RM0090 section 4.3): CRC-32 with
-/// Ethernet's polynomial, the highest bit of a word first. Bytes behind the last whole word do not
-/// count.
+/// Returns the checksum of whole words, as the chip's CRC unit makes it (RM0090 section 4.3):
+/// CRC-32 with Ethernet's polynomial, the highest bit of a word first. Bytes behind the last whole
+/// word do not count.
 #[must_use]
 pub fn checksum(bytes: &[u8]) -> u32 {
     const POLYNOMIAL: u32 = 0x04C1_1DB7;
@@ -22,7 +22,7 @@ pub fn checksum(bytes: &[u8]) -> u32 {
     })
 }
 
-/// Why a record is not used.
+/// The reason why a record is not used.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Refusal {
     /// There is no record.
@@ -36,12 +36,12 @@ pub enum Refusal {
     Checksum,
     /// The record is for other axes, motors or kinematics.
     Shape,
-    /// The record puts the settings where the program is, or beyond the flash.
+    /// The record puts the settings onto the program, or beyond the flash.
     Sectors,
 }
 
 impl Refusal {
-    /// The operator's message: what is wrong, and what to do. At most 64 characters.
+    /// Returns the operator's message: what is wrong, and what to do. At most 64 characters.
     #[must_use]
     pub const fn text(self) -> &'static str {
         match self {
@@ -93,14 +93,14 @@ impl Record {
         Some(length)
     }
 
-    /// The content of a record. This checks nothing: [`Self::read`] must have found the record
-    /// whole.
+    /// Returns the content of a record. This checks nothing: [`Self::read`] must have found the
+    /// record whole.
     #[must_use]
     pub fn content(bytes: &[u8; SLOT]) -> &Content {
         Self::ref_from_prefix(bytes).map_or(&Content::NONE, |(record, _)| &record.content)
     }
 
-    /// The record that `bytes` begin with, and its settings.
+    /// Returns the record that `bytes` begin with, and its settings.
     ///
     /// # Errors
     /// There is no record, or it is damaged, or its layout has another version.
@@ -146,8 +146,9 @@ impl Content {
     }
 }
 
-/// Whether the two sectors of the settings follow each other, and lie between vector table and
-/// record, or behind the code and within the flash. `behind` is the first sector behind the code.
+/// Returns true if the two sectors of the settings follow each other, and lie between vector table
+/// and record, or behind the code and within the flash. `behind` is the first sector behind the
+/// code.
 fn are_clear([first, second]: [u8; 2], start: u8, behind: u8) -> bool {
     let record = crate::sector(start);
     let between = first > start && second < record;

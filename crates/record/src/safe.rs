@@ -40,7 +40,7 @@ impl SafePort {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[repr(C)]
 pub struct SafeTable {
-    /// Ports in use.
+    /// The number of ports in use.
     count: U32,
     ports: [SafePort; PORTS],
 }
@@ -61,8 +61,8 @@ impl SafeTable {
         ports: [SafePort::NONE; PORTS],
     };
 
-    /// The table for pins, from port, number and safe level of each. Its ports are in the order of
-    /// their first pins.
+    /// Returns the table for pins, from port, number and safe level of each. Its ports are in the
+    /// order of their first pins.
     #[must_use]
     pub fn new(pins: impl Iterator<Item = (u8, u8, bool)>) -> Self {
         let (mut ports, mut count) = ([SafePort::NONE; PORTS], 0);
@@ -82,7 +82,7 @@ impl SafeTable {
         }
     }
 
-    /// The ports in use.
+    /// Returns the ports in use.
     #[must_use]
     pub fn ports(&self) -> &[SafePort] {
         let count = usize::try_from(self.count.get()).unwrap_or(usize::MAX);
