@@ -73,7 +73,7 @@ pub struct Service {
     pub lines: Vec<LineSpec>,
     /// The web pages that may connect, and the names of this computer that they may use.
     pub allowed: Allowed,
-    /// How fast the lines are.
+    /// The speed of the lines.
     pub rate: Rate,
     /// Simulated seconds in a second.
     pub speed: f64,

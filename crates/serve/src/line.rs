@@ -20,10 +20,10 @@ use std::time::Duration;
 /// Bytes that are read from a client at a time.
 pub(super) const CHUNK: usize = 4096;
 
-/// How often a line that is not available is tried again.
+/// The time after which a line that is not available is tried again.
 pub(super) const RETRY: Duration = Duration::from_secs(1);
 
-/// An endpoint where programs can connect.
+/// An endpoint to which programs can connect.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum LineSpec {
     /// A pseudo-terminal behind a symbolic link: a serial port for local programs. Unix only.
@@ -49,7 +49,7 @@ impl fmt::Display for LineSpec {
     }
 }
 
-/// Why a line is not available.
+/// The reason why a line is not available.
 #[derive(Debug)]
 pub enum LineError {
     /// The server cannot listen at the address: it is in use, belongs to another computer, or is
@@ -103,7 +103,7 @@ pub enum What {
     Refused(String, Refusal),
 }
 
-/// Why a client is not let in.
+/// The reason why a client is not let in.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Refusal {
     /// A web page that is not allowed to connect.

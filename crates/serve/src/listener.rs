@@ -12,7 +12,7 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// How often the listener looks for a new client.
+/// The time between two looks of the listener for a new client.
 const POLL: Duration = Duration::from_millis(5);
 
 /// The most clients that have a thread at a time. Further clients wait in the operating system
@@ -39,7 +39,7 @@ pub(super) struct Client {
     pub(super) ticket: Ticket,
 }
 
-/// How a port's clients are served.
+/// The way in which a port's clients are served.
 #[derive(Clone, Copy)]
 pub(super) struct Protocol {
     /// The state of a client that has said nothing yet.

@@ -25,10 +25,10 @@ use std::sync::mpsc::Receiver;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// How often the server checks whether a program has opened the port.
+/// The time between two checks of whether a program has opened the port.
 const CLOSED_POLL: Duration = Duration::from_millis(2);
 
-/// How often the reader checks whether the server ends, milliseconds.
+/// The time between two checks of whether the server ends, milliseconds.
 const OPEN_POLL: u16 = 50;
 
 /// Serves one program after the other until the server ends.

@@ -32,7 +32,7 @@ enum Place {
     ),
 }
 
-/// How often a file that cannot be written is tried again.
+/// The time after which a file that cannot be written is tried again.
 const RETRY: Duration = Duration::from_secs(1);
 
 impl Remembered {

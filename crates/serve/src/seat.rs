@@ -14,15 +14,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How long a new client waits for a client that is just disconnecting: programs that probe a port
-/// close it and come back within milliseconds.
+/// The time for which a new client waits for a client that is just disconnecting: programs that
+/// probe a port close it and come back within milliseconds.
 const GRACE: Duration = Duration::from_millis(500);
 
-/// How long a new client from the holder's address may take to send its first byte; and how long it
-/// then waits for the holder to fall silent.
+/// The time that a new client from the holder's address may take to send its first byte; and the
+/// time for which it then waits for the holder to fall silent.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// How long a client has to be silent before another one may take its line.
+/// The time for which a client has to be silent before another one may take its line.
 const SILENCE: Duration = Duration::from_secs(2);
 
 /// The most clients that may wait longer than [`GRACE`] without having sent a byte.
@@ -54,7 +54,7 @@ struct People {
     holder: Option<Holder>,
     /// Clients that wait, by number, in the order in which they came.
     queue: Vec<(u64, Guest)>,
-    /// How many clients have come.
+    /// The number of clients that have come.
     come: u64,
 }
 
@@ -70,7 +70,7 @@ impl People {
 /// The place for the one client of a line.
 pub(super) struct Seat {
     people: Mutex<People>,
-    /// Whether the machine has a job that is not finished.
+    /// True if the machine has a job that is not finished.
     busy: Arc<AtomicBool>,
 }
 
@@ -108,7 +108,7 @@ impl Seat {
         self.people.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// How long a guest may wait; `None` if it has disconnected.
+    /// Returns how long a guest may wait; `None` if it has disconnected.
     fn patience(&self, address: IpAddr, guest: Guest) -> Option<Duration> {
         let people = self.people();
         let same = people

@@ -28,7 +28,7 @@ use std::time::Duration;
 /// The time that the loop waits for a client's bytes before it lets the machine go on.
 const TICK: Duration = Duration::from_millis(1);
 
-/// How often the machine is shown.
+/// The time after which the machine is shown again.
 const SHOW: Duration = Duration::from_millis(100);
 
 /// Simulated time between two checks for the clients' bytes, cycles.
@@ -42,7 +42,7 @@ const START: u64 = cycles_of_micros(20_000);
 /// Events that are handled before the simulation goes on.
 const EVENTS: usize = 64;
 
-/// Why the server loop ended.
+/// The reason why the server loop ended.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum End {
     /// The user has ended the server.
@@ -282,8 +282,8 @@ impl<'s> Server<'s> {
         self.pages.show(desk, (self.around.clock)());
     }
 
-    /// True if opening a line resets the machine. If so, bytes that wait to go in are lost, as in a
-    /// real reset.
+    /// Returns true if opening a line resets the machine. If so, bytes that wait to go in are lost,
+    /// as in a real reset.
     fn resets(&mut self, line: usize) -> bool {
         let resets = match &self.specs[line] {
             LineSpec::Pty { reset_on_open, .. } => *reset_on_open,

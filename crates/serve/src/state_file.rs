@@ -20,7 +20,7 @@ const VERSION: u8 = 1;
 
 const HEADER: usize = MAGIC.len() + 1;
 
-/// Why the contents of a state file could not be used.
+/// The reason why the contents of a state file could not be used.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Fault {
     /// Another version has written it.
@@ -135,7 +135,8 @@ impl fmt::Display for NoStateFile {
 impl std::error::Error for NoStateFile {}
 
 impl StateFile {
-    /// A state file at `path`, or at the end of the links that begin there. It need not exist.
+    /// Makes a state file at `path`, or at the end of the links that begin there. It need not
+    /// exist.
     ///
     /// # Errors
     /// Something else is there, or it cannot be read.
@@ -145,8 +146,8 @@ impl StateFile {
             .map_err(|error| NoStateFile(path.to_owned(), error))
     }
 
-    /// The state file of the machine called `name`, in the user's data directory; `None` if there
-    /// is no such directory.
+    /// Returns the state file of the machine called `name`, in the user's data directory; `None` if
+    /// there is no such directory.
     ///
     /// # Errors
     /// As [`StateFile::new`].
@@ -156,7 +157,7 @@ impl StateFile {
         file.as_deref().map(Self::new).transpose()
     }
 
-    /// The file's path.
+    /// Returns the file's path.
     pub fn path(&self) -> &Path {
         self.0.path()
     }

@@ -14,13 +14,13 @@ use std::net::{Shutdown, TcpStream};
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
-/// How often a reader checks whether it is to end.
+/// The time between two checks of whether the reader is to end.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// How often a waiting client checks whether the line is free.
+/// The time between two checks of whether the line is free for a waiting client.
 const POLL: Duration = Duration::from_millis(5);
 
-/// How long bytes are held back that may be the beginning of a web page's request.
+/// The time for which bytes are held back that may be the beginning of a web page's request.
 const HOLD: Duration = Duration::from_millis(100);
 
 pub(super) const PROTOCOL: Protocol = Protocol {

@@ -27,8 +27,8 @@ impl Token {
         fits.then(|| Self(text.to_owned()))
     }
 
-    /// True if the query of an address, such as `token=...`, contains the token. The time does not
-    /// depend on where a guess differs.
+    /// Returns true if the query of an address, such as `token=...`, contains the token. The time
+    /// does not depend on where a guess differs.
     pub(super) fn is_in(&self, query: &str) -> bool {
         let guesses = query
             .split('&')

@@ -25,7 +25,8 @@ pub(super) struct Uplink {
 }
 
 impl Uplink {
-    /// Whether the machine has an unfinished job; the server updates it at each of its turns.
+    /// Returns the flag that is true while the machine has an unfinished job; the server updates it
+    /// at each of its turns.
     pub(super) fn busy(&self) -> Arc<AtomicBool> {
         self.busy.clone()
     }

@@ -70,8 +70,8 @@ pub(super) fn beginning(bytes: &[u8]) -> Beginning {
     }
 }
 
-/// True if a sender begins with this byte: text, a line end, 0x18 or another realtime byte. TLS and
-/// most frames begin with another control byte.
+/// Returns true if a sender begins with this byte: text, a line end, 0x18 or another realtime byte.
+/// TLS and most frames begin with another control byte.
 fn may_begin(byte: u8) -> bool {
     !byte.is_ascii_control() || byte.is_ascii_whitespace() || byte == 0x18
 }
@@ -90,7 +90,7 @@ impl Default for Allowed {
     }
 }
 
-/// Why a request is refused.
+/// The reason why a request is refused.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Foreign {
     /// The request comes from a page of another origin.
@@ -125,13 +125,13 @@ impl Allowed {
         Self { names, token }
     }
 
-    /// The same pages and names, with a token that the user has chosen.
+    /// Returns the same pages and names, with a token that the user has chosen.
     #[must_use]
     pub fn with_token(self, token: Token) -> Self {
         Self { token, ..self }
     }
 
-    /// The token at the end of the page's address.
+    /// Returns the token at the end of the page's address.
     pub fn token(&self) -> &Token {
         &self.token
     }
@@ -177,8 +177,8 @@ fn only(headers: &HeaderMap, name: impl AsHeaderName) -> Result<Option<String>, 
     }
 }
 
-/// True if nobody else can own this host name: it is an address, or a name that means this computer
-/// everywhere (RFC 6761, section 6.3).
+/// Returns true if nobody else can own this host name: it is an address, or a name that means this
+/// computer everywhere (RFC 6761, section 6.3).
 fn is_this_computer(host: &str) -> bool {
     let bare = host
         .strip_prefix('[')

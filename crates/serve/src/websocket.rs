@@ -31,10 +31,10 @@ use tungstenite::http::StatusCode;
 use tungstenite::protocol::frame::coding::{CloseCode, Data, OpCode};
 use tungstenite::protocol::frame::{CloseFrame, Frame};
 
-/// How long a client's whole handshake may take.
+/// The time that a client's whole handshake may take.
 const HANDSHAKE: Duration = Duration::from_secs(3);
 
-/// How often a waiting client checks whether the line is free.
+/// The time between two checks of whether the line is free for a waiting client.
 const POLL: Duration = Duration::from_millis(5);
 
 /// The socket's sending end, used by the writer and for the answers to control frames. Each sends
@@ -124,7 +124,7 @@ enum Met {
     Sender(Seated, TcpStream, TcpStream),
 }
 
-/// Why a client is not served.
+/// The reason why a client is not served.
 enum Away {
     /// Another client has the line.
     Held,

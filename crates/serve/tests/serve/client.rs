@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 /// The most bytes of unanswered lines, as Grbl's senders count.
 const WINDOW: usize = 128;
 
-/// How often a sender asks for a report.
+/// The time after which a sender asks for a report again.
 const POLL: Duration = Duration::from_millis(40);
 
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);

@@ -7,7 +7,7 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-/// How long a message that has been sent may take.
+/// The time that a message that has been sent may take.
 const SOON: Duration = Duration::from_secs(2);
 
 #[test]

@@ -1,5 +1,5 @@
-//! Who may drive the machine and who may not: web pages, clients that send nothing, clients that
-//! are gone.
+//! Clients that may drive the machine, and others that may not: web pages, clients that send
+//! nothing, clients that are gone.
 
 use crate::client::Client;
 use crate::served::{one_line, Served, FAST};
