@@ -103,7 +103,7 @@ impl SettingInfo {
         }
     }
 
-    /// The same setting of an axis that turns: its unit counts degrees.
+    /// Returns the same setting of an axis that turns: its unit counts degrees.
     #[must_use]
     pub fn of_turns(mut self) -> Self {
         self.row.unit = match self.row.unit {

@@ -25,7 +25,7 @@ impl Area {
 ///
 /// Called from the main loop with the machine at rest: a flash may stall the CPU while it erases.
 pub trait SettingsStore {
-    /// Why an access failed.
+    /// The reason why an access failed.
     type Error: core::fmt::Debug;
 
     /// Returns the size of each area in bytes, at least 1024 and a multiple of 4. No more

@@ -1,4 +1,4 @@
-//! How values are written down.
+//! The format in which values are written down.
 //!
 //! ```text
 //! area   = header { record } commit { record } erased

@@ -37,12 +37,12 @@ impl Place {
 /// No more of an area is used, in bytes: see [`Place`].
 const LARGEST: usize = 1 << 18;
 
-/// How much of an area is used, in bytes.
+/// Returns how much of an area is used, in bytes.
 pub(super) fn size<S: SettingsStore>(flash: &S) -> usize {
     flash.size().min(LARGEST)
 }
 
-/// How the records of an area end.
+/// The end of the records of an area.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Tail {
     /// The last record is whole.

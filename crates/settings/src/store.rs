@@ -44,7 +44,7 @@ pub enum Condition {
     Foreign,
 }
 
-/// Why a change could not be stored.
+/// The reason why a change could not be stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum StoreError<E> {
@@ -81,7 +81,7 @@ impl<E: fmt::Debug> core::error::Error for StoreError<E> {}
 /// up for 1.2 ms.
 const AT_ONCE: usize = 48;
 
-/// How much of a record is written.
+/// The part of a record that is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Written {
     /// All of it: it counts.
@@ -98,7 +98,7 @@ struct Active {
     /// The next record's place; the size of the area if the records must be copied to the other
     /// area first.
     end: usize,
-    /// How many bytes of that record are written already.
+    /// The number of bytes of that record that are written already.
     begun: usize,
 }
 
@@ -195,8 +195,8 @@ impl Records {
         Ok(Written::All)
     }
 
-    /// Whether the writing of `record` has begun. If another record has been begun, it is in the
-    /// way: the records will be copied to the other area.
+    /// Returns true if the writing of `record` has begun. If another record has been begun, it is
+    /// in the way: the records will be copied to the other area.
     fn has_begun<S: SettingsStore>(
         &mut self,
         flash: &mut S,

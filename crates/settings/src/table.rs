@@ -57,7 +57,7 @@ const ROUNDED: Kind = Kind::Decimal {
 const BYTE: Kind = Kind::Whole { max: 255 };
 /// Seconds, up to eleven days.
 const SECONDS: Kind = Kind::Whole { max: 1_000_000 };
-/// Two bytes.
+/// A number of two bytes.
 const WORD: Kind = Kind::Whole { max: 65_535 };
 
 /// A setting of the machine, or a setting that each axis has.
@@ -91,7 +91,7 @@ struct Written {
     description: &'static str,
     group: Group,
     kind: &'static Kind,
-    /// In 10⁻³.
+    /// The default, in 10⁻³.
     default: i32,
 }
 

@@ -22,13 +22,13 @@ pub(crate) struct MockFlash {
     pub(crate) written: usize,
     /// Words that go wrong without a sign, counted as `words` does.
     pub(crate) errs: Vec<usize>,
-    /// Words written.
+    /// The number of words that were written.
     pub(crate) words: usize,
     /// Power was lost while an area was erased.
     pub(crate) died_erasing: bool,
     /// Areas whose cells keep nothing.
     pub(crate) weak: [bool; 2],
-    /// Power is off.
+    /// True if power is off.
     pub(crate) dead: bool,
 }
 
