@@ -71,12 +71,12 @@ pub struct SimBoard<O, const MOTORS: usize> {
     pub(crate) violations: Record<Violation>,
     pub(crate) first_step: Cycle,
     pub(crate) last_step: Cycle,
-    /// When the step timer started out of rest for the first time.
+    /// The time at which the step timer started out of rest for the first time.
     pub(crate) first_start: Cycle,
     pub(crate) last_rest: Cycle,
     pub(crate) port: PortConfig,
-    /// Motors that are mounted the other way round: they move their carriages backwards where
-    /// others move them forwards.
+    /// Motors that are mounted the other way round: they move their carriages backwards when others
+    /// move them forwards.
     pub(crate) mirrored: MotorMask,
     /// The contacts between the switches and the inputs; `None` if the inputs follow the
     /// switches directly.
@@ -93,11 +93,12 @@ pub struct SimBoard<O, const MOTORS: usize> {
     now: Cycle,
     /// The cycles that the step interrupt under way takes.
     takes: u32,
-    /// When the next step interrupt is due.
+    /// The time at which the next step interrupt is due.
     step_due: Cycle,
-    /// When the tick that was armed last is due; the wait for the next tick counts from it.
+    /// The time at which the tick that was armed last is due; the wait for the next tick counts
+    /// from it.
     tick_due: Cycle,
-    /// When the pulse under way is to end.
+    /// The time at which the pulse under way is to end.
     pulse_due: Cycle,
     /// The pulse width (`$0`) of the pulse under way, in cycles.
     pulse_width: u64,
@@ -171,25 +172,25 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         }
     }
 
-    /// When the step interrupt is due next.
+    /// Returns when the step interrupt is due next.
     #[inline]
     pub(crate) fn step_due(&self) -> Cycle {
         self.step_due
     }
 
-    /// When one of the timer's interrupts is due next.
+    /// Returns when one of the timer's interrupts is due next.
     #[inline]
     pub(crate) fn timer_due(&self) -> Cycle {
         self.step_due.min(self.pulse_due)
     }
 
-    /// When the contacts are to be looked at next.
+    /// Returns when the contacts are to be looked at next.
     #[inline]
     pub(crate) fn contacts_due(&self) -> Cycle {
         self.contacts.as_ref().map_or(Cycle::NEVER, Inputs::due)
     }
 
-    /// When the pulse under way is to end.
+    /// Returns when the pulse under way is to end.
     #[inline]
     pub(crate) fn pulse_due(&self) -> Cycle {
         self.pulse_due
@@ -215,7 +216,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         }
     }
 
-    /// When the step interrupt under way writes directions and outputs: at its end.
+    /// Returns when the step interrupt under way writes directions and outputs: at its end.
     fn written(&self) -> Cycle {
         self.now + u64::from(self.takes)
     }
@@ -266,7 +267,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         self.write_direction(now);
     }
 
-    /// The power on the pin now.
+    /// Returns the power on the pin now.
     pub fn power(&self) -> Power {
         self.power
     }
@@ -276,7 +277,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         self.put_power(now, Power::OFF);
     }
 
-    /// The levels of the coolant valves' pins now.
+    /// Returns the levels of the coolant valves' pins now.
     pub fn coolant(&self) -> CoolantOutput {
         self.coolant
     }

@@ -23,12 +23,13 @@ const CYCLES_PER_US: u64 = CPU_HZ / 1_000_000;
 pub struct Cycle(pub u64);
 
 impl Cycle {
-    /// Power-up.
+    /// The instant of power-up.
     pub const ZERO: Self = Self(0);
     /// Later than everything (1700 years): an event at this time does not happen.
     pub const NEVER: Self = Self(u64::MAX / 2);
 
-    /// The first cycle of a microsecond since power-up; [`Cycle::NEVER`] if that is too late.
+    /// Returns the first cycle of a microsecond since power-up; [`Cycle::NEVER`] if that is too
+    /// late.
     pub const fn from_micros(micros: u64) -> Self {
         match micros.checked_mul(CYCLES_PER_US) {
             Some(cycles) if cycles < Self::NEVER.0 => Self(cycles),
@@ -36,33 +37,33 @@ impl Cycle {
         }
     }
 
-    /// The first cycle at which a clock of whole microseconds has reached `instant`.
+    /// Returns the first cycle at which a clock of whole microseconds has reached `instant`.
     pub const fn from_instant(instant: Instant) -> Self {
         Self::from_micros(instant.ticks())
     }
 
-    /// The time on a clock of whole microseconds: rounded down.
+    /// Returns the time on a clock of whole microseconds: rounded down.
     pub const fn instant(self) -> Instant {
         Instant::from_ticks(self.0 / CYCLES_PER_US)
     }
 
-    /// Seconds since power-up.
+    /// Returns the seconds since power-up.
     pub fn seconds(self) -> f64 {
         seconds(self.0)
     }
 }
 
-/// A span of `cycles` in seconds.
+/// Returns a span of `cycles` in seconds.
 pub fn seconds(cycles: u64) -> f64 {
     cycles as f64 / CPU_HZ as f64
 }
 
-/// A span of `cycles` in microseconds.
+/// Returns a span of `cycles` in microseconds.
 pub fn micros(cycles: u64) -> f64 {
     cycles as f64 / CYCLES_PER_US as f64
 }
 
-/// The cycles in `micros` microseconds.
+/// Returns the cycles in `micros` microseconds.
 pub const fn cycles_of_micros(micros: u64) -> u64 {
     micros * CYCLES_PER_US
 }

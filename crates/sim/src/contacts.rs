@@ -40,7 +40,7 @@ pub(crate) struct Inputs<const MOTORS: usize> {
     time: u64,
     /// The levels at which the contacts come to rest.
     resting: u16,
-    /// When each contact was last made or broken; `None` once it no longer bounces.
+    /// The time at which each contact was last made or broken; `None` once it no longer bounces.
     moved: [Option<Cycle>; INPUTS],
     /// Levels at the last look.
     seen: u16,
@@ -88,7 +88,7 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
         switches(self.believed)
     }
 
-    /// When to look at the inputs next.
+    /// Returns when to look at the inputs next.
     pub(crate) fn due(&self) -> Cycle {
         self.due
     }

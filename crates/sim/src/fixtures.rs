@@ -14,7 +14,7 @@ const Z: usize = 2;
 /// Grbl's travel, mm, for an axis whose file gives none.
 const GRBL_TRAVEL: f64 = 200.0;
 
-/// What stands around the motors of a machine. Implemented for a machine's file.
+/// The things that stand around the motors of a machine. Implemented for a machine's file.
 pub trait Fixtures {
     /// Returns true if any carriage works a switch.
     fn has_switches(&self) -> bool;
@@ -114,7 +114,7 @@ pub(crate) fn tool_port(
     }
 }
 
-/// Where the plate under a probe ends.
+/// Returns the ends of the plate under a probe.
 fn edges(probe: &Probe) -> Edges {
     let ends = |of: Option<Ends>| of.map(|ends| [ends.low.mm(), ends.high.mm()]);
     let hole = |hole: Hole| ([hole.x.mm(), hole.y.mm()], hole.diameter.get());

@@ -35,7 +35,7 @@ impl Flash {
         std::mem::take(&mut self.changed)
     }
 
-    /// All its bytes.
+    /// Returns all its bytes.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }

@@ -21,8 +21,8 @@ pub trait Host {
     /// Asked when the line is free, and again after each byte that the host receives.
     fn next_byte(&mut self, channel: ChannelId) -> Option<u8>;
 
-    /// True if the host has closed the line since it was last asked. The bytes that it sent before
-    /// are on the way; after them the board notices the close.
+    /// Returns true if the host has closed the line since it was last asked. The bytes that it sent
+    /// before are on the way; after them the board notices the close.
     fn closes(&mut self, channel: ChannelId) -> bool {
         let _ = channel;
         false
@@ -31,7 +31,8 @@ pub trait Host {
     /// A byte from the board has come in.
     fn receive(&mut self, channel: ChannelId, byte: u8, now: Cycle);
 
-    /// True if the host has sent all that it has to send, and has heard an answer to each line.
+    /// Returns true if the host has sent all that it has to send, and has heard an answer to each
+    /// line.
     fn is_done(&self) -> bool {
         false
     }
@@ -62,7 +63,7 @@ pub enum Rate {
 }
 
 impl Rate {
-    /// The time of a byte in cycles, rounded down; `None` if it takes none.
+    /// Returns the time of a byte in cycles, rounded down; `None` if it takes none.
     pub fn byte_time(self) -> Option<u64> {
         match self {
             Self::Baud(baud) => Some((CPU_HZ * 10 / u64::from(baud.get())).max(1)),
@@ -89,7 +90,7 @@ pub(crate) struct Link {
     /// The byte that is on the way to the board, and when it arrives.
     incoming: Option<(Cycle, u8)>,
     sending: VecDeque<u8>,
-    /// When the first byte of `sending` will have left.
+    /// The time at which the first byte of `sending` will have left.
     sent: Cycle,
     /// The least time from the end of a line of text to the next, cycles.
     line_time: u64,
@@ -185,7 +186,7 @@ impl Links {
         self.links.len()
     }
 
-    /// When a byte arrives next, at either end.
+    /// Returns when a byte arrives next, at either end.
     #[inline]
     pub(crate) fn due(&self) -> Cycle {
         self.due

@@ -42,7 +42,7 @@ pub struct Cpu {
     peak: u64,
 }
 
-/// How busy the CPU was.
+/// The load of the CPU.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct CpuLoad {
     /// Share of all cycles, 0 to 1.
@@ -75,14 +75,15 @@ impl Cpu {
         }
     }
 
-    /// When a tick that is due at `due` begins: at `due`, or when the tick under way has ended.
+    /// Returns when a tick that is due at `due` begins: at `due`, or when the tick under way has
+    /// ended.
     #[inline]
     pub fn tick_start(&self, due: Cycle) -> Cycle {
         due.max(self.tick_until)
     }
 
-    /// When the end of a pulse that is due at `due` begins: at `due`, or when the tick or the pulse
-    /// end under way has ended.
+    /// Returns when the end of a pulse that is due at `due` begins: at `due`, or when the tick or
+    /// the pulse end under way has ended.
     #[inline]
     pub fn pulse_end_start(&self, due: Cycle) -> Cycle {
         due.max(self.timer_until)
@@ -163,7 +164,7 @@ impl Cpu {
         }
     }
 
-    /// When the main loop can go on, if it is woken at `wake`.
+    /// Returns when the main loop can go on, if it is woken at `wake`.
     #[inline]
     pub fn main_start(&self, wake: Cycle) -> Cycle {
         wake.max(self.main_until).max(self.timer_until)
@@ -175,7 +176,7 @@ impl Cpu {
         self.other += cycles;
     }
 
-    /// The load from power-up to `end`.
+    /// Returns the load from power-up to `end`.
     pub fn load(&self, end: Cycle) -> CpuLoad {
         let mut rest = self.clone();
         rest.roll(end + SLOTS as u64 * SLOT);

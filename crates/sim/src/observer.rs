@@ -1,4 +1,4 @@
-//! Who watches the pins: file writers, pictures, tests.
+//! The observers of the pins: file writers, pictures, tests.
 //!
 //! The simulation takes its observer as a type parameter; methods that are not overridden cost
 //! nothing. A pair of observers is an observer too, as are `()` (none) and `Option` (one or none).
@@ -13,7 +13,7 @@ use leadscrew_stepper::{MotorMask, Power};
 /// The rising edges of one step event.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct StepEvent {
-    /// When the step pins rise.
+    /// The time at which the step pins rise.
     pub cycle: Cycle,
     /// The motors that step; at least one.
     pub motors: MotorMask,
@@ -32,7 +32,7 @@ pub struct Taken<'a> {
     /// Steps of the dominant motor that end in this segment. 0 if a step is split over several
     /// segments and this segment is not the last of them.
     pub step_events: u32,
-    /// True if a whole step ends where the segment ends.
+    /// True if a whole step ends at the segment's end.
     pub ends_event: bool,
     /// Power in the segment's first and last tick, as shares of full power.
     pub power: [f64; 2],

@@ -35,7 +35,7 @@ impl MotorOutcome {
 pub struct Outcome<const MOTORS: usize> {
     /// Time from the first byte to the board until motion rests and all answers have been sent, s.
     pub job_seconds: f64,
-    /// When the first byte came: where `job_seconds` begins.
+    /// The time of the first byte, at which `job_seconds` begins.
     pub first_byte: Cycle,
     /// `job_seconds` in CPU cycles.
     pub job_cycles: u64,
@@ -63,7 +63,7 @@ pub struct Outcome<const MOTORS: usize> {
     pub late: Record<Late>,
     /// Violations of the rules.
     pub violations: Record<Violation>,
-    /// How busy the CPU was, since power-up.
+    /// The load of the CPU since power-up.
     pub cpu: CpuLoad,
     /// Levels of the synchronised outputs, a bit each, and how often any of them has changed.
     pub outputs: (u8, u64),
@@ -72,7 +72,7 @@ pub struct Outcome<const MOTORS: usize> {
 }
 
 impl<const MOTORS: usize> Outcome<MOTORS> {
-    /// The same outcome with `MORE` motors; those that the machine lacks did nothing.
+    /// Returns the same outcome with `MORE` motors; those that the machine lacks did nothing.
     pub fn with_motors<const MORE: usize>(self) -> Outcome<MORE> {
         let motors = std::array::from_fn(|motor| {
             let of = self.motors.get(motor);
@@ -113,7 +113,7 @@ where
         (self.outcome(), self.board.observer)
     }
 
-    /// The results so far.
+    /// Returns the results so far.
     pub fn outcome(&self) -> Outcome<MOTORS> {
         let board = &self.board;
         let motors = self.motors();

@@ -32,11 +32,11 @@ pub enum Failure {
 pub struct HeatFault {
     /// The kind of the failure.
     pub failure: Failure,
-    /// When it fails, counted from power-up.
+    /// The time at which it fails, counted from power-up.
     pub at: Duration,
 }
 
-/// Why a text is no [`HeatFault`].
+/// The reason why a text is no [`HeatFault`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct NoHeatFault;
 

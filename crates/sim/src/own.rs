@@ -12,13 +12,13 @@ use leadscrew_program::{Calculator, Expressions, ERRORS};
 use leadscrew_toolchange::ToolChange;
 use leadscrew_ztool::{ZTool, NO_SWITCH};
 
-/// The words for an error of an extension.
+/// Returns the words for an error of an extension.
 pub fn error_of(number: u8) -> Option<&'static OwnCode> {
     let mut errors = leadscrew_heat::errors().chain(&ERRORS);
     errors.find(|code| code.number == number)
 }
 
-/// The words for an alarm of an extension.
+/// Returns the words for an alarm of an extension.
 pub fn alarm_of(number: u8) -> Option<&'static OwnCode> {
     let mut alarms = Fault::ALL
         .iter()
@@ -65,7 +65,8 @@ pub struct OwnPins {
     pub tool: ToolHeight,
 }
 
-/// The machine's extensions. The caller gives the outputs; they may be more than the file has.
+/// Returns the machine's extensions. The caller gives the outputs; they may be more than the file
+/// has.
 pub fn extension<const AXES: usize>(
     profile: &Profile,
     outputs: OutputsConfig,

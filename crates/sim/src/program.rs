@@ -63,7 +63,7 @@ pub struct Branch {
     pub passed: u64,
 }
 
-/// Why a program cannot go on.
+/// The reason why a program cannot go on.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct ProgramFault {
     /// The line of the file, from 1.
@@ -76,7 +76,7 @@ pub struct ProgramFault {
     pub kind: ErrorKind,
 }
 
-/// What comes next of a job.
+/// The next part of a job.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Next {
     /// A line.

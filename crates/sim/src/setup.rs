@@ -71,17 +71,17 @@ impl<const AXES: usize, const MOTORS: usize, const MOVES: usize> Memory<AXES, MO
         }
     }
 
-    /// The pins of the synchronised outputs, for an extension that switches them.
+    /// Returns the pins of the synchronised outputs, for an extension that switches them.
     pub fn outputs(&self) -> OutputPins {
         self.outputs.clone()
     }
 
-    /// The height of the tool, for an extension that reads the tool's switches.
+    /// Returns the height of the tool, for an extension that reads the tool's switches.
     pub fn tool(&self) -> ToolHeight {
         self.tool.clone()
     }
 
-    /// The pins of all extensions.
+    /// Returns the pins of all extensions.
     pub fn own_pins(&self) -> OwnPins {
         OwnPins {
             outputs: self.outputs(),

@@ -29,7 +29,7 @@ pub(crate) struct Stepping<'a, const MOTORS: usize> {
     glides: bool,
 }
 
-/// Why [`Stepping::run`] returned.
+/// The reason why [`Stepping::run`] returned.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Ran {
     /// Nothing more is due up to the horizon.

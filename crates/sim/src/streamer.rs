@@ -67,7 +67,7 @@ const RESET: u8 = 0x18;
 /// The beginning of the line that the machine says after a reset.
 const BANNER: &[u8] = b"Grbl ";
 
-/// What a sender does with the next line of its program.
+/// The treatment by a sender of the next line of its program.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Then {
     /// It sends it as soon as it fits.
@@ -90,13 +90,13 @@ pub trait Replies {
         let _ = (number, line);
     }
 
-    /// What to do with `line`, which is about to be sent, and those after it.
+    /// Returns what to do with `line`, which is about to be sent, and those after it.
     fn before(&mut self, line: &[u8]) -> Then {
         let _ = line;
         Then::GoOn
     }
 
-    /// What a program may know of the machine after the line read last.
+    /// Returns what a program may know of the machine after the line read last.
     fn world(&self) -> &dyn World {
         &()
     }
@@ -117,7 +117,7 @@ impl<F: FnMut(&Reply<'_>, Cycle)> Replies for F {
     }
 }
 
-/// How a program is streamed.
+/// The way in which a program is streamed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Streaming {
     /// Bytes of unanswered lines, at most: the machine's receive buffer (128 for Grbl).
@@ -157,7 +157,7 @@ pub struct Streamer<R, F> {
     resets: bool,
 }
 
-/// Whether there is more to send.
+/// Says whether there is more to send.
 #[derive(Debug)]
 enum Sending {
     /// Lines are left.
@@ -213,16 +213,16 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
         self.answered
     }
 
-    /// The line that the machine is at: the first unanswered line, or the last one read if all
-    /// are answered.
+    /// Returns the line that the machine is at: the first unanswered line, or the last one read if
+    /// all are answered.
     pub fn current(&self) -> u64 {
         self.pending
             .front()
             .map_or(self.lines.number(), |pending| pending.number)
     }
 
-    /// The first line that the machine has left unanswered, and its text; `None` if it owes no
-    /// answer.
+    /// Returns the first line that the machine has left unanswered, and its text; `None` if it owes
+    /// no answer.
     pub fn unanswered(&self) -> Option<(u64, Vec<u8>)> {
         let owes = !self.is_done() || self.was_reset();
         let pending = self.pending.front().filter(|_| owes)?;
@@ -234,7 +234,7 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
         matches!(self.state, Sending::Reset)
     }
 
-    /// The receiver of the replies.
+    /// Returns the receiver of the replies.
     pub fn replies(&self) -> &F {
         &self.replies
     }
@@ -448,7 +448,7 @@ pub struct Lines<R> {
     after_return: bool,
     /// The program, once one has begun.
     program: Option<Running>,
-    /// The line read last probes: what follows it in a program may depend on where.
+    /// The line read last probes: what follows it in a program may depend on the place.
     probes: bool,
 }
 
@@ -466,7 +466,7 @@ impl<R: BufRead> Lines<R> {
         }
     }
 
-    /// The number of the line read last, from 1; lines left out count.
+    /// Returns the number of the line read last, from 1; lines left out count.
     pub fn number(&self) -> u64 {
         self.program.as_ref().map_or(self.number, Running::number)
     }
@@ -476,14 +476,14 @@ impl<R: BufRead> Lines<R> {
         self.program.as_ref().map_or(self.number, Running::count)
     }
 
-    /// The conditions of a program that were met so far, each with its line; `None` for a file
-    /// that is no program.
+    /// Returns the conditions of a program that were met so far, each with its line; `None` for a
+    /// file that is no program.
     pub fn branches(&self) -> Option<&BTreeMap<u64, Branch>> {
         self.program.as_ref().map(Running::branches)
     }
 
-    /// The first line of a program that has read what only the machine knows: a place, an offset, a
-    /// tool, a probe.
+    /// Returns the first line of a program that has read what only the machine knows: a place, an
+    /// offset, a tool, a probe.
     pub fn asks(&self) -> Option<u64> {
         self.program.as_ref().and_then(Running::asks)
     }

@@ -4,7 +4,7 @@ use crate::clock::{micros, Cycle};
 use core::fmt;
 use leadscrew_stepper::MotorMask;
 
-/// Why motion did not keep its schedule.
+/// The reason why motion did not keep its schedule.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum LateReason {
     /// A tick was due before the previous step interrupt had armed the timer for it.
@@ -18,7 +18,7 @@ pub enum LateReason {
 /// A late event.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Late {
-    /// When it was noticed.
+    /// The time at which it was noticed.
     pub cycle: Cycle,
     /// The reason.
     pub reason: LateReason,
@@ -42,7 +42,7 @@ impl fmt::Display for Late {
 pub enum Violation {
     /// A step pin was raised while it was still high: the driver saw no edge.
     StepLost {
-        /// When.
+        /// The time at which it was raised.
         cycle: Cycle,
         /// The motors whose step was lost.
         motors: MotorMask,
@@ -70,7 +70,7 @@ pub enum Violation {
     },
     /// The carriage is not at the position that the controller has counted.
     Position {
-        /// When it was noticed.
+        /// The time at which it was noticed.
         cycle: Cycle,
         /// The motor.
         motor: usize,
@@ -79,10 +79,10 @@ pub enum Violation {
         /// Steps that the carriage has made.
         made: i32,
     },
-    /// Laser power was on where it has to be off: at rest (except under M3), in a hold, with the
+    /// Laser power was on when it has to be off: at rest (except under M3), in a hold, with the
     /// door open, while homing, locked, in check mode or asleep.
     LaserOn {
-        /// When it was noticed.
+        /// The time at which it was noticed.
         cycle: Cycle,
     },
 }
@@ -150,12 +150,12 @@ impl<T> Default for Record<T> {
 }
 
 impl<T> Record<T> {
-    /// The number of entries.
+    /// Returns the number of entries.
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// The first hundred entries.
+    /// Returns the first hundred entries.
     pub fn first(&self) -> &[T] {
         &self.first
     }

@@ -73,7 +73,7 @@ impl Session<'_> {
         answers.next_back().unwrap_or_default()
     }
 
-    /// Where the machine is, machine position.
+    /// The machine's place, machine position.
     fn place(&mut self) -> String {
         let heard = self.say("?");
         let report = heard.iter().find(|line| line.starts_with('<')).unwrap();
@@ -97,7 +97,7 @@ fn session(file: &str, test: impl FnOnce(&mut Session<'_>)) {
     });
 }
 
-/// Lines, and where the machine is after each.
+/// Lines, and the machine's place after each.
 const LINES: [(&str, &str); 16] = [
     ("G0 X[1 + 2 * 3]", "7.000,0.000,0.000"),
     (

@@ -128,7 +128,7 @@ fn e_bounds_rate_and_acceleration_of_a_move() {
 fn e_bounds_the_corner_where_it_begins_on_a_straight_path() {
     let line = edges("G1 X50 F1500\nX100 E50\n");
     let speeds = line.speeds_of_e();
-    // The junction deviation allows 3.6 mm/s along X and E together where the flow begins: 2.6 mm/s
+    // The junction deviation allows 3.6 mm/s along X and E together when the flow begins: 2.6 mm/s
     // of E.
     assert!(speeds[0] < 6.0, "{}", speeds[0]);
     let fastest = speeds.into_iter().fold(0.0, f64::max);

@@ -1,5 +1,5 @@
-//! What heats, turns or burns, in each state of the machine, when its sender falls silent, goes
-//! away, or presses the red button.
+//! The loads that heat, turn or burn, in each state of the machine, when its sender falls silent,
+//! goes away, or presses the red button.
 
 use leadscrew_machine::board::{ChannelId, CoolantOutput, SpindleOutput};
 use leadscrew_sim::powered::Powered;
@@ -224,7 +224,7 @@ const STATES: [(&str, &[&[u8]], &str); 11] = [
     ("asleep", &[b"$SLP\n"], "Sleep"),
 ];
 
-/// What becomes of each load in each of [`STATES`] without its sender: it keeps on (K), goes off
+/// The fate of each load in each of [`STATES`] without its sender: it keeps on (K), goes off
 /// after its time (T), or is off already as soon as the state is entered (D).
 const LOADS: [(Load, &str); 6] = [
     (Load::Laser, "KKKTDDDDDDD"),
@@ -235,7 +235,7 @@ const LOADS: [(Load, &str); 6] = [
     (Load::StayingOutput, "KKKTTTTTDTT"),
 ];
 
-/// What the lines do after the state is entered.
+/// The behaviour of the lines after the state is entered.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum Event {
     /// Nothing comes.

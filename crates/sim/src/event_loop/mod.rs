@@ -46,7 +46,7 @@ const LAST: Cycle = Cycle(Cycle::NEVER.0 - 1);
 /// The motor of Z, along which the tool moves.
 const Z: usize = 2;
 
-/// Why a simulation returned to its caller.
+/// The reason why a simulation returned to its caller.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Stopped {
     /// The instant asked for was reached.
@@ -72,7 +72,7 @@ pub struct Simulation<'a, K, O, const AXES: usize, const MOTORS: usize, const MO
     /// Tells the extension's switches where the tool is.
     tool: ToolHeight,
     work: Work,
-    /// The laser is on where it has to be off, and this violation has been noted.
+    /// The laser is on when it has to be off, and this violation has been noted.
     laser_noted: bool,
     now: Cycle,
     /// Since when the main loop has had a reason to run; [`Cycle::NEVER`] if it has none.
@@ -212,7 +212,7 @@ where
         }
     }
 
-    /// The present.
+    /// Returns the present.
     pub fn now(&self) -> Cycle {
         self.now
     }
@@ -223,22 +223,22 @@ where
         self.receivers.get(line).map_or(0, Receiver::lost_bytes)
     }
 
-    /// The machine.
+    /// Returns the machine.
     pub fn machine(&self) -> &Machine<'a, K, AXES, MOTORS, X> {
         &self.machine
     }
 
-    /// The machine, to load and save its stored values.
+    /// Returns the machine, to load and save its stored values.
     pub fn machine_mut(&mut self) -> &mut Machine<'a, K, AXES, MOTORS, X> {
         &mut self.machine
     }
 
-    /// The board, with the plant and its switches.
+    /// Returns the board, with the plant and its switches.
     pub fn board(&self) -> &SimBoard<O, MOTORS> {
         &self.board
     }
 
-    /// The observer of the simulation.
+    /// Returns the observer of the simulation.
     pub fn observer(&mut self) -> &mut O {
         &mut self.board.observer
     }
@@ -342,14 +342,14 @@ where
         }
     }
 
-    /// When the main loop runs next.
+    /// Returns when the main loop runs next.
     #[inline]
     fn main_due(&self) -> Cycle {
         self.cpu.main_start(self.wake.min(self.deadline))
     }
 
-    /// True if only an extension's regular work is left to happen. `due` is the next event on lines
-    /// and switches.
+    /// Returns true if only an extension's regular work is left to happen. `due` is the next event
+    /// on lines and switches.
     fn has_only_chores(&self, due: Cycle) -> bool {
         let others = due.min(self.wake).min(self.board.timer_due());
         self.is_chore && others == Cycle::NEVER
@@ -545,7 +545,8 @@ mod tests {
         assert_eq!(errors, [(2, 20)]);
     }
 
-    /// True if power at rest is reported as a violation: the test switches it on after `program`.
+    /// Returns true if power at rest is reported as a violation: the test switches it on after
+    /// `program`.
     fn is_caught(program: &str) -> bool {
         let setup = Setup::<3>::new(MachineConfig::new(), Rate::NeverWaits);
         let mut memory = Memory::new(&setup);

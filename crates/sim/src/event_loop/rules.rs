@@ -38,7 +38,7 @@ where
         self.check_laser();
     }
 
-    /// Checks that the laser is off where it has to be. Power and state change in polls, and during
+    /// Checks that the laser is off when it has to be. Power and state change in polls, and during
     /// motion at ticks. So a rule that holds before and after each poll holds at every instant of a
     /// rest.
     pub(super) fn check_laser(&mut self) {

@@ -167,7 +167,7 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         changed.without(changed.without(self.high))
     }
 
-    /// The direction pins as they are.
+    /// Returns the direction pins as they are.
     #[inline]
     pub fn direction(&self) -> MotorMask {
         self.negative
@@ -233,7 +233,7 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         before
     }
 
-    /// The levels of all inputs.
+    /// Returns the levels of all inputs.
     pub fn levels(&self) -> &Switches {
         &self.levels
     }
@@ -299,7 +299,7 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         Some(self.plate?.height(place))
     }
 
-    /// The carriages' places, in steps.
+    /// Returns the carriages' places, in steps.
     pub fn position(&self) -> [i32; MOTORS] {
         self.carriages.each_ref().map(|carriage| carriage.position)
     }
@@ -324,13 +324,13 @@ impl<const MOTORS: usize> Plant<MOTORS> {
             .map(|carriage| carriage.rate.hertz())
     }
 
-    /// The shortest pulse in cycles; `None` if there was none.
+    /// Returns the shortest pulse in cycles; `None` if there was none.
     pub fn shortest_pulse(&self) -> Option<u64> {
         Some(self.shortest_pulse).filter(|width| *width != u64::MAX)
     }
 
-    /// The shortest time from a change of direction to its motor's next step in cycles; `None`
-    /// if there was none.
+    /// Returns the shortest time from a change of direction to its motor's next step in cycles;
+    /// `None` if there was none.
     pub fn shortest_setup(&self) -> Option<u64> {
         Some(self.shortest_setup).filter(|setup| *setup != u64::MAX)
     }

@@ -11,10 +11,10 @@
 /// The parts of a step in which tilts are counted.
 const PARTS: i64 = 1 << 20;
 
-/// The height where there is no plate, in steps of Z: no carriage goes as far.
+/// The height at places without a plate, in steps of Z: no carriage goes as far.
 const NOWHERE: i32 = -(1 << 30);
 
-/// Where a plate ends, mm.
+/// The ends of a plate, mm.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Edges {
     /// Its low and its high end in X and in Y; `None` if it has none.
@@ -42,7 +42,7 @@ impl Edges {
     }
 }
 
-/// How a plate differs from a flat one, in steps of the three carriages.
+/// The difference of a plate from a flat one, in steps of the three carriages.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Plate {
     /// The height by which the plate rises per step of X and per step of Y, in 2⁻²⁰ steps of Z.

@@ -1,6 +1,6 @@
 //! Inputs, and the switches that carriages work.
 //!
-//! A switch changes its level where the carriage passes the switch's place. The positions between
+//! A switch changes its level when the carriage passes the switch's place. The positions between
 //! two such places are a *window* in which no level changes, so that a step costs two comparisons
 //! however many switches there are.
 

@@ -23,7 +23,8 @@ pub struct Case {
 pub struct Exchange {
     /// The operation: an [`super::Op`].
     pub op: String,
-    /// When it began, ms of virtual time since the first power-up. Power-up itself may lack it.
+    /// The time at which it began, ms of virtual time since the first power-up. Power-up itself may
+    /// lack it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub t_ms: Option<f64>,
     /// The lines that came, without line ends; including empty lines.
@@ -49,11 +50,12 @@ pub enum Build {
 /// The axes of the recorded Grbl.
 const AXES: usize = 3;
 
-/// The moves that Grbl plans ahead in a build where each move also keeps its line number.
+/// The moves that Grbl plans ahead in a build in which each move also keeps its line number.
 const MOVES_WITH_LINE_NUMBERS: usize = 14;
 
 impl Build {
-    /// The configuration of a machine with this build, which has the first three of `N` axes.
+    /// Returns the configuration of a machine with this build, which has the first three of `N`
+    /// axes.
     pub fn config<const N: usize>(self) -> MachineConfig<N> {
         let mut config = MachineConfig::grbl();
         config.axes.iter_mut().skip(AXES).for_each(|kind| {

@@ -10,7 +10,7 @@
 use super::case::{Case, Exchange};
 use std::fmt;
 
-/// The first place where the answers of two machines differ.
+/// The first place at which the answers of two machines differ.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Disagreement {
     /// The exchange's number, from 0.
@@ -142,7 +142,8 @@ fn shows(one: &str, other: &str) -> bool {
     }
 }
 
-/// True if two lines are the same. Numbers of positions may differ by one unit of their last place.
+/// Returns true if two lines are the same. Numbers of positions may differ by one unit of their
+/// last place.
 fn is_same(one: &str, other: &str) -> bool {
     one == other || tells_positions(one) && same_but_for_last_places(one, other)
 }
@@ -178,8 +179,8 @@ fn pieces(line: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// True if two numbers with the same count of decimals, 3 or 4, differ by at most one unit of the
-/// last one.
+/// Returns true if two numbers with the same count of decimals, 3 or 4, differ by at most one unit
+/// of the last one.
 fn is_near(one: &str, other: &str) -> bool {
     let decimals = |text: &str| {
         text.split_once('.')

@@ -51,7 +51,7 @@ pub enum Op {
     PowerCycle,
 }
 
-/// Why a text is not an operation.
+/// The reason why a text is not an operation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum BadOp {
     /// There is no operation of this name.

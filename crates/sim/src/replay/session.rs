@@ -23,13 +23,13 @@ const COMMAND: Duration = Duration::from_secs(20);
 const ANSWERS: Duration = Duration::from_secs(60);
 /// The time that `idle` waits at most.
 const IDLE: Duration = Duration::from_secs(120);
-/// How long no motor steps before a machine counts as idle.
+/// The time without a step after which a machine counts as idle.
 const STILL: Duration = Duration::from_millis(25);
 
 /// Simulated time between two checks of unsaved changes and of the condition that is waited for.
 const SLICE: Duration = Duration::from_millis(1);
 
-/// Why a session is over.
+/// The reason why a session is over.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Ended {
     /// The machine lost its power.
@@ -44,7 +44,7 @@ pub(super) struct Session<'m, const N: usize> {
     flash: &'m mut Flash,
     wire: &'m mut Wire,
     world: World<N>,
-    /// When it was powered up, counted from the first power-up.
+    /// The time at which it was powered up, counted from the first power-up.
     begun: Cycle,
 }
 

@@ -13,7 +13,7 @@ pub(super) struct Wire {
     lines: Vec<String>,
     answers: u32,
     last_byte: Cycle,
-    /// When the machine was last powered up.
+    /// The time at which the machine was last powered up.
     power_up: Cycle,
 }
 
@@ -37,12 +37,12 @@ impl Wire {
         self.waiting.is_empty()
     }
 
-    /// How many lines have come that are `ok` or `error:N` and nothing else.
+    /// Returns how many lines have come that are `ok` or `error:N` and nothing else.
     pub(super) fn answers(&self) -> u32 {
         self.answers
     }
 
-    /// When the last byte came, since the first power-up.
+    /// Returns when the last byte came, since the first power-up.
     pub(super) fn last_byte(&self) -> Cycle {
         self.last_byte
     }
@@ -74,7 +74,8 @@ impl Host for Wire {
     }
 }
 
-/// True if a received line answers a sent line. The output of a startup line, `>G21:ok`, does not.
+/// Returns true if a received line answers a sent line. The output of a startup line, `>G21:ok`,
+/// does not.
 fn is_answer(line: &str) -> bool {
     line == "ok" || line.starts_with("error:")
 }

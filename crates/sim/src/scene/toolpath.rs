@@ -22,14 +22,14 @@ impl StrokeKind {
     /// Shades between off and full power.
     pub const SHADES: u8 = 255;
 
-    /// A feed move at `share` of full power, 0 to 1.
+    /// Makes a feed move at `share` of full power, 0 to 1.
     pub fn cut(share: f64) -> Self {
         Self::Cut {
             shade: (share * f64::from(Self::SHADES)).round() as u8,
         }
     }
 
-    /// The use of the tool, without the power.
+    /// Returns the use of the tool, without the power.
     pub fn way(self) -> Way {
         match self {
             Self::Travel => Way::Travel,
@@ -37,7 +37,7 @@ impl StrokeKind {
         }
     }
 
-    /// The share of full power; 0 for travel.
+    /// Returns the share of full power; 0 for travel.
     pub fn power(self) -> f32 {
         match self {
             Self::Travel => 0.0,
@@ -54,7 +54,7 @@ pub struct Tooling {
 }
 
 impl Tooling {
-    /// The use of the tool on a planned move.
+    /// Returns the use of the tool on a planned move.
     pub fn planned(self, planned: &PlannedMove<'_>) -> StrokeKind {
         match planned.kind {
             MoveKind::Feed => {
@@ -65,8 +65,8 @@ impl Tooling {
         }
     }
 
-    /// The use of the tool on a feed move from `begin` to `target` at this share of full power.
-    /// With a laser, a move without power is travel.
+    /// Returns the use of the tool on a feed move from `begin` to `target` at this share of full
+    /// power. With a laser, a move without power is travel.
     pub fn feed(
         self,
         begin: &[Coordinate],
@@ -121,7 +121,7 @@ impl Toolpath {
         self.moves.is_some()
     }
 
-    /// The lowest and the highest X, Y and Z of all cuts, mm; `None` if there was none.
+    /// Returns the lowest and the highest X, Y and Z of all cuts, mm; `None` if there was none.
     pub fn cut_bounds(&self) -> Option<[[f64; 3]; 2]> {
         self.cut
     }
@@ -206,7 +206,7 @@ impl Toolpath {
         self.travel_mm
     }
 
-    /// All moves, in order: the first is where the path begins.
+    /// Returns all moves, in order: the first is the beginning of the path.
     pub fn moves(&self) -> &[Drawn] {
         self.moves.as_deref().unwrap_or_default()
     }
@@ -219,9 +219,9 @@ impl Toolpath {
         }
     }
 
-    /// Drilled holes, in order: places where the tool went down at feed rate, and up again or not
-    /// at all, without moving in X or Y. Consecutive strokes at one place are one hole. If some cuts
-    /// have power, a stroke without power makes none: the spindle is off.
+    /// Drilled holes, in order: places at which the tool went down at feed rate, and up again or
+    /// not at all, without moving in X or Y. Consecutive strokes at one place are one hole. If some
+    /// cuts have power, a stroke without power makes none: the spindle is off.
     pub fn holes(&self) -> Vec<Hole> {
         let turns = |one: &Drawn| one.way == Way::Cut && one.power > 0.0;
         let switches = self.moves().iter().any(turns);
@@ -248,8 +248,8 @@ impl Toolpath {
         holes
     }
 
-    /// The highest and the lowest Z at which the tool works, mm. For a move straight down only its
-    /// end counts, since the move may begin above the material.
+    /// Returns the highest and the lowest Z at which the tool works, mm. For a move straight down
+    /// only its end counts, since the move may begin above the material.
     pub fn depths(&self) -> Option<[f32; 2]> {
         let cuts = self.moves().windows(2);
         let cuts = cuts.filter(|pair| pair[1].way == Way::Cut && !is_upward(pair));
@@ -263,8 +263,8 @@ impl Toolpath {
         })
     }
 
-    /// The heights of cuts at constant Z, mm, the highest first; empty if there are more than
-    /// `most`.
+    /// Returns the heights of cuts at constant Z, mm, the highest first; empty if there are more
+    /// than `most`.
     pub fn passes(&self, most: usize) -> Vec<f32> {
         let mut passes: Vec<f32> = Vec::new();
         for pair in self.moves().windows(2) {
@@ -288,7 +288,7 @@ impl Toolpath {
         [flat(self.start), flat(self.at)]
     }
 
-    /// The smallest and the largest X and Y of the path, mm.
+    /// Returns the smallest and the largest X and Y of the path, mm.
     pub fn bounds(&self) -> [[f32; 2]; 2] {
         let first = flat(self.start);
         let points = self.moves().iter().map(|one| [one.to[0], one.to[1]]);

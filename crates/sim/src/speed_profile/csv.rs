@@ -6,7 +6,7 @@
 //! ```
 //!
 //! Times are seconds since the first byte of the job, with nine decimals: finer than a CPU cycle.
-//! Each row begins where the one before ends; the last one ends at the job's time.
+//! Each row begins when the one before ends; the last one ends at the job's time.
 
 use super::Stretch;
 use crate::clock::{seconds, Cycle};

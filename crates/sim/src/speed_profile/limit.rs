@@ -68,7 +68,7 @@ fn letter(axis: usize, letters: &[char]) -> char {
 }
 
 impl SpeedLimit {
-    /// The limit's name, on a machine whose axes have these letters.
+    /// Returns the limit's name, on a machine whose axes have these letters.
     pub fn name(self, letters: &[char]) -> String {
         match self {
             Self::Feed => "feed".to_owned(),
@@ -81,7 +81,7 @@ impl SpeedLimit {
 }
 
 impl Slow {
-    /// The place's name, on a machine whose axes have these letters.
+    /// Returns the place's name, on a machine whose axes have these letters.
     pub fn name(self, letters: &[char]) -> String {
         match self {
             Self::Corner => "corner".to_owned(),
@@ -94,7 +94,7 @@ impl Slow {
 }
 
 impl Limit {
-    /// The limit's name in a list, on a machine whose axes have these letters.
+    /// Returns the limit's name in a list, on a machine whose axes have these letters.
     pub fn name(self, letters: &[char]) -> String {
         match self {
             Self::Speed(limit) => limit.name(letters),
@@ -105,7 +105,7 @@ impl Limit {
         }
     }
 
-    /// The slow place for which a ramp speeds up or slows down; empty for other limits.
+    /// Returns the slow place for which a ramp speeds up or slows down; empty for other limits.
     pub fn because(self, letters: &[char]) -> String {
         match self {
             Self::Acceleration(_, slow) => slow.name(letters),
@@ -113,7 +113,7 @@ impl Limit {
         }
     }
 
-    /// The settings and words of the program that can raise this limit.
+    /// Returns the settings and words of the program that can raise this limit.
     pub fn held_by(self) -> String {
         match self {
             Self::Speed(limit) => limit.held_by(),
@@ -192,7 +192,8 @@ impl Machine {
         ways.map(|mm| mm * mm).sum::<f64>().sqrt()
     }
 
-    /// How far each axis goes in a move with these steps of the motors, mm, without its direction.
+    /// Returns how far each axis goes in a move with these steps of the motors, mm, without its
+    /// direction.
     fn ways(&self, steps: &[i32]) -> Vec<f64> {
         let motors = steps.iter().zip(&self.mm_per_step);
         let mut ways: Vec<f64> = motors.map(|(steps, mm)| f64::from(*steps) * mm).collect();

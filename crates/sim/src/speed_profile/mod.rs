@@ -1,4 +1,4 @@
-//! How the time of a job is spent: its speed piece by piece, and which limit binds in each piece.
+//! The use of a job's time: its speed piece by piece, and which limit binds in each piece.
 //!
 //! ```text
 //!  speed       feed            corner      rate of X             stop
@@ -41,7 +41,7 @@ pub enum Phase {
 }
 
 impl Phase {
-    /// The phase's name in the list.
+    /// Returns the phase's name in the list.
     pub fn name(self) -> &'static str {
         match self {
             Self::Rest => "rest",
@@ -55,9 +55,9 @@ impl Phase {
 /// A part of the job in which one limit binds.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Stretch {
-    /// When it begins.
+    /// The time at which it begins.
     pub begin: Cycle,
-    /// When it ends: where the next one begins.
+    /// The time at which it ends and the next one begins.
     pub end: Cycle,
     /// The line of the file that asked for the move, from 1; 0 at rest and if the machine moves
     /// by itself.
@@ -75,7 +75,7 @@ pub struct Stretch {
 }
 
 impl Stretch {
-    /// The time of the stretch, CPU cycles.
+    /// Returns the time of the stretch, CPU cycles.
     pub fn cycles(&self) -> u64 {
         self.end - self.begin
     }

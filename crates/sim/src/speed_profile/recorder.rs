@@ -33,7 +33,7 @@ pub struct Recorder {
     sums: Option<Sums>,
     /// A piece whose end is not known yet.
     begun: Option<Begun>,
-    /// Speed where the last piece ends, mm/s.
+    /// Speed at the end of the last piece, mm/s.
     speed: f64,
     /// The slow place that motion passed last.
     behind: Slow,
@@ -53,7 +53,7 @@ struct Begun {
 #[derive(Clone, Copy, Debug)]
 struct Raw {
     stretch: Stretch,
-    /// [`PlannedMove::line`].
+    /// The number of the line, [`PlannedMove::line`].
     line: u32,
     /// The limit of the move's speed if it neither speeds up nor slows down.
     speed_limit: Option<SpeedLimit>,
@@ -129,7 +129,7 @@ impl Recorder {
         }
     }
 
-    /// The time that each limit binds in the job from `begin` to `end`, longest first.
+    /// Returns the time that each limit binds in the job from `begin` to `end`, longest first.
     pub fn shares(mut self, begin: Cycle, end: Cycle) -> Vec<Share> {
         let Sums { first, cycles } = self.sums.take().unwrap_or_default();
         self.stretches.splice(0..0, first);
@@ -137,7 +137,7 @@ impl Recorder {
         add_up(cycles, &kept)
     }
 
-    /// The job from `begin` to `end`, cut into stretches without a gap. `file_line` maps
+    /// Returns the job from `begin` to `end`, cut into stretches without a gap. `file_line` maps
     /// [`PlannedMove::line`] to the line of the file.
     pub fn finish(
         mut self,
@@ -363,8 +363,8 @@ fn mean(piece: &Stretch) -> [f64; 2] {
     [piece.power, piece.speed].map(|[from, to]| (from + to) / 2.0)
 }
 
-/// Whether the power stays the same from one piece to the next, or follows the speed. If neither,
-/// another pixel has begun.
+/// Returns true if the power stays the same from one piece to the next, or follows the speed. If
+/// neither, another pixel has begun.
 fn is_steady(one: [f64; 2], next: [f64; 2]) -> bool {
     let ([p0, v0], [p1, v1]) = (one, next);
     (p1 - p0).abs() <= STEADY || (p1 * v0 - p0 * v1).abs() <= FOLLOWS * p0 * v1

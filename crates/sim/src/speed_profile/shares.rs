@@ -12,7 +12,7 @@ pub struct Share {
     pub cycles: u64,
 }
 
-/// The limits of a job, those that bind longest first.
+/// Returns the limits of a job, those that bind longest first.
 pub fn shares(stretches: &[Stretch]) -> Vec<Share> {
     add_up(BTreeMap::new(), stretches)
 }
