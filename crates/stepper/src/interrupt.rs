@@ -38,8 +38,8 @@ impl<const MOTORS: usize> StepInterrupt<MOTORS> {
         }
     }
 
-    /// How many of the next calls of [`on_timer`] will change no pin and take no segment. They are
-    /// calls for smoothing ticks, which are most of all calls while motors are slow. One
+    /// Returns how many of the next calls of [`on_timer`] will change no pin and take no segment.
+    /// They are calls for smoothing ticks, which are most of all calls while motors are slow. One
     /// [`StepInterrupt::pass`] does the work of all of them, or of some.
     ///
     /// For simulators, while nobody else has access to `shared`.
@@ -52,7 +52,8 @@ impl<const MOTORS: usize> StepInterrupt<MOTORS> {
         }
     }
 
-    /// The shortest and the longest of the waits that the next `calls` quiet calls would ask for.
+    /// Returns the shortest and the longest of the waits that the next `calls` quiet calls would
+    /// ask for.
     pub fn waits(&self, calls: u32) -> [Interval; 2] {
         self.stepper.intervals(calls)
     }

@@ -40,7 +40,7 @@ impl OutputChange {
         }
     }
 
-    /// The levels after this change, if they were `levels`.
+    /// Returns the levels after this change, if they were `levels`.
     pub const fn applied_to(self, levels: u8) -> u8 {
         levels & !self.clear | self.set
     }

@@ -53,7 +53,7 @@ impl StepPort for Pins {
     }
 }
 
-/// Segments of one line: step events, smoothing, whether power rises.
+/// Makes the segments of one line; each cut has step events, a smoothing, and whether power rises.
 fn segments(delta: [i32; 3], cuts: &[(u16, usize, bool)], change: i32) -> Vec<Segment<3>> {
     let Ok(line) = Line::new(delta) else {
         return Vec::new();

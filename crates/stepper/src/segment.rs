@@ -50,13 +50,13 @@ impl MotorMask {
         motor < MAX_MOTORS && self.0 >> motor & 1 == 1
     }
 
-    /// The motors that are in either set.
+    /// Returns the motors that are in either set.
     #[must_use]
     pub const fn with(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
-    /// The motors of this set that are not in `other`.
+    /// Returns the motors of this set that are not in `other`.
     #[must_use]
     pub const fn without(self, other: Self) -> Self {
         Self(self.0 & !other.0)
@@ -128,13 +128,13 @@ impl<const MOTORS: usize> Line<MOTORS> {
         self.step_events
     }
 
-    /// The motors that turn in the negative direction.
+    /// Returns the motors that turn in the negative direction.
     pub const fn direction(&self) -> MotorMask {
         self.direction
     }
 
-    /// The rest of this line after `taken` step events, the last of which was in a segment with
-    /// this `early`; `None` if nothing is left.
+    /// Returns the rest of this line after `taken` step events, the last of which was in a segment
+    /// with this `early`; `None` if nothing is left.
     ///
     /// Called from the main loop, for motion that goes on after another line came between
     /// (parking).
@@ -179,7 +179,7 @@ impl<const MOTORS: usize> LineStart<MOTORS> {
         Self { line, left }
     }
 
-    /// The line.
+    /// Returns the line.
     pub const fn line(&self) -> &Line<MOTORS> {
         &self.line
     }
@@ -218,7 +218,7 @@ pub struct Ticks(pub u32);
 /// Time from one tick to the next, in counts of the step timer, with a resolution of 2⁻³² counts.
 pub type Interval = U32F32;
 
-/// How much an [`Interval`] changes from one tick to the next.
+/// The change of an [`Interval`] from one tick to the next.
 pub type IntervalChange = I32F32;
 
 /// A run of ticks of one [`crate::Line`], whose interval and power change linearly.
@@ -239,10 +239,10 @@ pub struct Segment<const MOTORS: usize> {
     /// True if a step event ends with this segment: of the parts of a step event only the last one
     /// ends it.
     pub ends_event: bool,
-    /// How early motors other than the dominant one step: half a tick of `smoothing`. In the last
-    /// segment before a coarser smoothing it is half a tick of the coarser smoothing, because
-    /// motors have to be that early when the coarser smoothing begins. [`Early::of_a_part`] in
-    /// parts.
+    /// The time by which motors other than the dominant one step early: half a tick of `smoothing`.
+    /// In the last segment before a coarser smoothing it is half a tick of the coarser smoothing,
+    /// because motors have to be that early when the coarser smoothing begins. [`Early::of_a_part`]
+    /// in parts.
     pub early: Early,
     /// Time from the segment's start to its first tick.
     pub interval: Interval,
@@ -269,7 +269,8 @@ impl<const MOTORS: usize> Segment<MOTORS> {
         }
     }
 
-    /// The time that this segment takes, timer counts, rounded down: `p·n + d·n(n−1)/2`. Main loop.
+    /// Returns the time that this segment takes, timer counts, rounded down: `p·n + d·n(n−1)/2`.
+    /// Main loop.
     pub fn duration(&self) -> u32 {
         let ticks = u64::from(self.ticks.get());
         let first = ((self.interval.to_bits() >> 16) * ticks) >> 16; // 48 bits by 16
@@ -290,7 +291,7 @@ pub struct Power {
     missing: i32,
 }
 
-/// How much [`Power`] changes from one tick to the next.
+/// The change of [`Power`] from one tick to the next.
 pub type PowerChange = I1F31;
 
 /// Turns a [`Power`] into the compare value of a PWM timer.
@@ -312,7 +313,7 @@ impl PowerScale {
 const FULL_BITS: u32 = U1F31::ONE.to_bits();
 
 impl Power {
-    /// Output off.
+    /// No power: the output is off.
     pub const OFF: Self = Self { missing: i32::MIN };
     /// Full power.
     pub const FULL: Self = Self { missing: 0 };
@@ -325,13 +326,13 @@ impl Power {
         }
     }
 
-    /// The share of full power, 0 to 1.
+    /// Returns the share of full power, 0 to 1.
     pub const fn share(self) -> U1F31 {
         U1F31::from_bits(self.missing.cast_unsigned().wrapping_add(FULL_BITS))
     }
 
-    /// The compare value for a PWM timer whose period has the scale `scale`, rounded down: 0 is
-    /// off, the period is full.
+    /// Returns the compare value for a PWM timer whose period has the scale `scale`, rounded down:
+    /// 0 is off, the period is full.
     ///
     /// Called from the step interrupt: one widening multiplication.
     #[inline]
@@ -389,7 +390,7 @@ impl Smoothing {
     }
 }
 
-/// How early motors other than the dominant one step: half a tick, or not at all.
+/// The time by which motors other than the dominant one step early: half a tick, or not at all.
 ///
 /// A motor can step only at a tick. A motor that is half a tick early steps at the tick nearest to
 /// its due time; otherwise it would step at the first tick after its due time.
@@ -417,7 +418,7 @@ impl Early {
         }
     }
 
-    /// The same earliness, for a segment that is a part of a step event.
+    /// Returns the same earliness, for a segment that is a part of a step event.
     #[must_use]
     pub const fn of_a_part(self) -> Self {
         Self {
@@ -438,8 +439,8 @@ impl Early {
         }
     }
 
-    /// The byte: the earliness in 32nds of a step event in the lower seven bits, the flag of a part
-    /// in the highest.
+    /// Returns the byte: the earliness in 32nds of a step event in the lower seven bits, the flag
+    /// of a part in the highest.
     pub const fn bits(self) -> u8 {
         self.bits
     }

@@ -106,7 +106,7 @@ impl<const MOTORS: usize> Shared<MOTORS> {
         self.restrict();
     }
 
-    /// The motors that are kept from stepping. Any context.
+    /// Returns the motors that are kept from stepping. Any context.
     #[inline]
     pub fn motor_lock(&self) -> MotorMask {
         MotorMask::from_bits(self.locked_motors.load(Ordering::Relaxed))
@@ -163,13 +163,13 @@ impl<const MOTORS: usize> Shared<MOTORS> {
         self.running.store(true, Ordering::Release);
     }
 
-    /// How often segments ran out in the middle of motion, since power-up. Any context.
+    /// Returns how often segments ran out in the middle of motion, since power-up. Any context.
     pub fn underruns(&self) -> u32 {
         self.underruns.load(Ordering::Relaxed)
     }
 
-    /// How often a tick was due before the work of the tick before it was done, since power-up. Any
-    /// context.
+    /// Returns how often a tick was due before the work of the tick before it was done, since
+    /// power-up. Any context.
     pub fn late_ticks(&self) -> u32 {
         self.late_ticks.load(Ordering::Relaxed)
     }

@@ -49,7 +49,7 @@ pub struct Stepper<const MOTORS: usize> {
     increment: [u32; MOTORS],
     /// The distance from one step to the next: sixteen times the line's step events.
     full: u32,
-    /// How early motors other than the dominant one step.
+    /// The time by which motors other than the dominant one step early.
     early: Early,
     /// Ticks that the segment still has; none if 0 or less.
     ticks_left: i32,
@@ -129,8 +129,8 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         true
     }
 
-    /// How many of the next ticks of the segment keep the power, up to and including the first tick
-    /// that may step a motor. After the segment's last tick the power may change.
+    /// Returns how many of the next ticks of the segment keep the power, up to and including the
+    /// first tick that may step a motor. After the segment's last tick the power may change.
     pub(crate) fn quiet_ticks(&self) -> u32 {
         if self.power_change != PowerChange::ZERO {
             return 0;

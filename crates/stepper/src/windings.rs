@@ -20,8 +20,8 @@ pub const FIVE_PHASE_HALF_STEPS: WindingTable<10> = [
     0b1_0001,
 ];
 
-/// The index of a motor's state after a step: the next one of the table, or with a negative step
-/// the one before. The last state and the first are neighbours.
+/// Returns the index of a motor's state after a step: the next one of the table, or with a negative
+/// step the one before. The last state and the first are neighbours.
 ///
 /// ```
 /// use leadscrew_stepper::next_state;
@@ -85,7 +85,7 @@ where
         }
     }
 
-    /// The board's own port.
+    /// Returns the board's own port.
     pub fn port(&mut self) -> &mut P {
         &mut self.port
     }
