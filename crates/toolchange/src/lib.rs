@@ -19,7 +19,7 @@ pub use settings::TOOLS;
 /// The axis along which the tool points: Z.
 const TOOL_AXIS: usize = 2;
 
-/// How a machine changes its tools.
+/// The way in which a machine changes its tools.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct ToolChangeConfig {
     /// The state that reports show during a tool change: `Hold:0`, or `Tool` for senders that know
@@ -60,7 +60,7 @@ enum Phase {
     Across,
     /// The spindle runs up until this instant, then Z goes down.
     SpinUp(Instant),
-    /// Z goes down to where the program continues.
+    /// Z goes down to the place at which the program continues.
     Arrives,
 }
 
@@ -102,7 +102,7 @@ impl<const AXES: usize, const KEPT: usize> ToolChange<AXES, KEPT> {
         }
     }
 
-    /// The tool in the spindle; 0 if it is not known.
+    /// Returns the tool in the spindle; 0 if it is not known.
     pub const fn loaded(&self) -> u32 {
         self.loaded
     }
@@ -120,7 +120,7 @@ impl<const AXES: usize, const KEPT: usize> ToolChange<AXES, KEPT> {
         Step::SetAside(self.config.shown)
     }
 
-    /// The place where the program continues. Along the tool axis it is the same in work
+    /// The place at which the program continues. Along the tool axis it is the same in work
     /// coordinates, although the work offset may have changed.
     fn goes_on_at(&self, cx: &Cx<'_, AXES>) -> [Coordinate; AXES] {
         let mut end = self.left_at;

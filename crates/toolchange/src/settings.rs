@@ -4,7 +4,7 @@ use leadscrew_gcode::Number;
 use leadscrew_machine::settings::group::Group;
 use leadscrew_machine::settings::table::{Kind, Row};
 
-/// How many tools the table has.
+/// The number of tools in the table.
 pub const TOOLS: usize = 16;
 
 /// `$860`: how far above the higher end of its way the tool crosses back to the program's place.

@@ -198,7 +198,7 @@ fn the_operator_may_jog_probe_and_set_offsets_and_nothing_else() {
     assert!(session.status().starts_with("<Hold:0|"));
     session.send("~");
     session.until_quiet();
-    // G91 is active again, as the program has set it: X1 moves one mm on from where it was.
+    // G91 is active again, as the program has set it: X1 moves one mm on.
     assert_eq!(session.pins.position[0], mm(1));
     assert_eq!(session.pins.spindle, SpindleOutput::Clockwise);
 }
@@ -475,7 +475,7 @@ fn check_mode_passes_over_a_tool_change() {
 /// spindle, flood, and the length in force.
 type After = (&'static str, [i32; 3], SpindleOutput, bool, &'static str);
 
-/// What LinuxCNC documents as the order of execution: tool, spindle, coolant, dwell, length,
+/// LinuxCNC documents this order of execution: tool, spindle, coolant, dwell, length,
 /// offsets, motion.
 #[test]
 fn the_other_words_of_a_line_follow_its_tool_change() {
