@@ -22,17 +22,17 @@ pub enum End {
 
 /// The two switches of the tool.
 pub trait ToolPort {
-    /// True if the switch at this end is closed. It is read at every turn of the main loop while
-    /// the tool moves.
+    /// Returns true if the switch at this end is closed. It is read at every turn of the main loop
+    /// while the tool moves.
     fn is_closed(&self, end: End) -> bool;
 }
 
-/// How the tool moves.
+/// The speed and the longest way of the tool.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ZToolConfig {
     /// The speed of the tool, mm/min, above 0.
     pub rate: Number,
-    /// How far the tool moves without reaching a switch before an alarm, mm, above 0.
+    /// The distance that the tool moves without reaching a switch before an alarm, mm, above 0.
     pub most_mm: f32,
 }
 
@@ -73,7 +73,7 @@ impl<P: ToolPort, const AXES: usize> ZTool<P, AXES> {
         }
     }
 
-    /// The end at which the tool stands; `None` if it is not known.
+    /// Returns the end at which the tool stands; `None` if it is not known.
     pub fn stands_at(&self) -> Option<End> {
         self.stands.map(|(end, _)| end)
     }
