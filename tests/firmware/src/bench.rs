@@ -57,7 +57,7 @@ pub(crate) struct Bench {
     incoming: Vec<u8>,
     /// True if input and output go over USB.
     over_usb: bool,
-    /// What comes on the other line without end.
+    /// The bytes that come on the other line without end.
     flood: Option<Flood>,
 }
 

@@ -1,4 +1,4 @@
-//! Why a check or a measurement has failed, in words. `tests/hil` uses this file, too.
+//! The reason why a check or a measurement has failed, in words. `tests/hil` uses this file, too.
 use std::fmt;
 
 /// The reason, in words.

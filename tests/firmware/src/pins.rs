@@ -36,7 +36,7 @@ pub(crate) const RESET: Pin = Pin::new('C', 8);
 pub(crate) const HOLD: Pin = Pin::new('C', 9);
 /// Cycle start: high when pressed.
 pub(crate) const START: Pin = Pin::new('A', 0);
-/// How long an input must keep its level before it is accepted, s.
+/// The time for which an input must keep its level before it is accepted, s.
 pub(crate) const FILTER_SECONDS: f64 = 200e-6;
 /// Outputs: spindle on, spindle counter-clockwise, flood and mist coolant.
 pub(crate) const SPINDLE: Pin = Pin::new('D', 13);

@@ -62,7 +62,8 @@ impl Contact {
         }
     }
 
-    /// How far the carriage is beyond the switch's place, seen from where it began, steps.
+    /// Returns how far the carriage is beyond the switch's place, seen from the place at which it
+    /// began, steps.
     pub(crate) fn beyond(&self) -> i64 {
         (self.at - self.place) * self.place.signum()
     }
@@ -84,7 +85,7 @@ pub(crate) struct Body {
     sensor: Pin,
     /// True if the relay of the heater sticks.
     pub(crate) is_stuck: bool,
-    /// How fast the heater warms the body, K/s.
+    /// The speed at which the heater warms the body, K/s.
     pub(crate) warms: f64,
     celsius: f64,
     /// The sensor's voltage at a temperature in °C, as a share of the reference voltage.

@@ -67,7 +67,7 @@ const SYSCFG_EXTICR2: u32 = 0x4001_380C;
 /// Offsets of a port's registers: alternate functions of pins 0 to 7 and 8 to 15.
 const AFRL: u32 = 0x20;
 const AFRH: u32 = 0x24;
-/// Where the program writes the packets of USB's endpoint 0.
+/// The place to which the program writes the packets of USB's endpoint 0.
 const OTG_FS_FIFO_0: u32 = OTG_FS + 0x1000;
 /// Offsets of a timer's registers.
 const SR: u32 = 0x10;

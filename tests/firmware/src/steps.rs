@@ -14,7 +14,7 @@ use crate::{
 };
 use leadscrew_f407emu::{Edge, Machine, Match, Pin};
 
-/// How far apart the stores to two ports may be and still make one step event, cycles.
+/// The time by which the stores to two ports may be apart and still make one step event, cycles.
 const SKEW: u64 = 20;
 /// As [`SKEW`], if each motor's lines have a store of their own.
 const SKEW_OF_LINES: u64 = 100;

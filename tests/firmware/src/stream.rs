@@ -11,7 +11,7 @@ const PATIENCE_SECONDS: f64 = 120.0;
 /// The time that an operator takes to change a tool, s.
 const OPERATOR_SECONDS: f64 = 0.5;
 
-/// How a program is sent.
+/// The way in which a program is sent.
 pub(crate) struct Stream<'a> {
     /// The program's lines.
     pub(crate) program: &'a str,
@@ -19,7 +19,7 @@ pub(crate) struct Stream<'a> {
     pub(crate) window: usize,
     /// The time between two status queries, s; 0 for none.
     pub(crate) poll_seconds: f64,
-    /// When the sender neither writes nor reads, s after its first line.
+    /// The time in which the sender neither writes nor reads, s after its first line.
     pub(crate) silence: Range<f64>,
 }
 

@@ -5,7 +5,7 @@ const SEQUENCES: &str = include_str!("../../../crates/stepper/tests/five_phase_s
 /// The effect of a store to a motor's lines.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Change {
-    /// The current was switched on in the state where it had been switched off, or off.
+    /// The current was switched on in the state in which it had been switched off, or off.
     Current,
     /// The lines went to a neighbouring state, with a `negative` step to the one before.
     Step { negative: bool },

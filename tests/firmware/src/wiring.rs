@@ -3,12 +3,12 @@
 use crate::pins::{CRYSTAL_HZ, DIRECTION, LIMIT, LINE, POWER, SPINDLE, STEP};
 use leadscrew_f407emu::{Pin, SerialLine, SerialPort};
 
-/// The first address of the flash, where most programs begin.
+/// The first address of the flash, at which most programs begin.
 pub(crate) const FLASH: u32 = 0x0800_0000;
 
 /// Sector 3 of the flash.
 const SECTOR_3: u32 = FLASH + 0xC000;
-/// Sector 4.
+/// The address of sector 4.
 const SECTOR_4: u32 = FLASH + 0x1_0000;
 
 /// A switch.
@@ -34,7 +34,7 @@ pub(crate) struct Wiring {
     pub(crate) limits: &'static [Option<Switch>],
     /// Power of laser or spindle, a PWM.
     pub(crate) power: Pin,
-    /// Spindle on.
+    /// The output that switches the spindle on.
     pub(crate) spindle: Pin,
     /// Outputs that are always high.
     pub(crate) high: &'static [Pin],

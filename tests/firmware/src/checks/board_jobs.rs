@@ -18,8 +18,8 @@ const ROW: [u64; 12] = [1000, 200, 800, 0, 500, 1000, 0, 100, 900, 300, 600, 50]
 const PIXEL: &str = "X2";
 const STEPS: usize = ROW.len() * 500;
 
-/// Engraves a row of pixels under M3, where power does not follow the speed. Each pixel must have
-/// its duty, within a level, for its own time.
+/// Engraves a row of pixels under M3, under which power does not follow the speed. Each pixel must
+/// have its duty, within a level, for its own time.
 pub(super) fn ensure_engraves(build: &Build, (hz, levels): (u64, u64)) -> Result<(), Failure> {
     let mut bench = Bench::boot(build)?;
     bench.commands(SETTINGS)?;
@@ -46,7 +46,7 @@ pub(super) fn ensure_engraves(build: &Build, (hz, levels): (u64, u64)) -> Result
     Ok(())
 }
 
-/// How long after the byte the last step may come, s.
+/// The time after the byte at which the last step may still come, s.
 const STOPS_WITHIN: f64 = 0.001;
 
 /// Sends 0x18 in motion: no step follows, power is off, the machine is locked. Unlocked, it moves

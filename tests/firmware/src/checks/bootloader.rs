@@ -186,7 +186,7 @@ pub(crate) fn loader(firmware: &Firmware) -> Result<Figures, Failure> {
     Ok(figures)
 }
 
-/// How fast the edges of pins are: each pin has two bits in OSPEEDR (RM0090 section 8.4.3).
+/// Returns how fast the edges of pins are: each pin has two bits in OSPEEDR (RM0090 section 8.4.3).
 pub(crate) fn edges(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
     let mut bench = Bench::switch_on(firmware.build("usual")?)?;

@@ -25,9 +25,9 @@ const EDGE_IRQ: u8 = 10;
 const SETTLED_IRQ: u8 = 50;
 const LISTENER_IRQ: u8 = 55;
 const SENDER_IRQ: u8 = 17;
-/// How far a measured figure may be off the written one, per cent: another compiler moves figures a
-/// little. For kinds of main-loop work the cost of a turn is added to the figure first, because
-/// their cost is a difference of large numbers.
+/// The difference that a measured figure may have from the written one, per cent: another compiler
+/// moves figures a little. For kinds of main-loop work the cost of a turn is added to the figure
+/// first, because their cost is a difference of large numbers.
 const OFF_PERCENT: u64 = 10;
 /// The bytes that come in a turn of the main loop, at 2 Mbaud with a look every 50 µs.
 const BYTES_IN_A_TURN: u64 = 10;
@@ -36,7 +36,7 @@ const BYTES_IN_A_TURN: u64 = 10;
 const MANY: usize = 1000;
 /// Status reports that are asked for.
 const REPORTS: usize = 50;
-/// How many bytes longer some lines are than others.
+/// The number of bytes by which some lines are longer than others.
 const LONGER: usize = 64;
 /// A move that lasts while the queue is filled behind it: 1 s.
 const SLOW: &str = "G1X-0.5F30";
@@ -150,7 +150,7 @@ fn of_switches(firmware: &Firmware) -> Result<Cost, Failure> {
     ))
 }
 
-/// What the main loop did during a stretch of time.
+/// The work that the main loop did during a stretch of time.
 #[derive(Clone, Copy)]
 struct Spent {
     cycles: u64,

@@ -30,7 +30,7 @@ struct Ending {
     /// The clock of the CPU after the event, Hz.
     hz: f64,
     says: &'static str,
-    /// How the second message begins, if there is one.
+    /// The beginning of the second message, if there is one.
     place: Option<&'static str>,
 }
 

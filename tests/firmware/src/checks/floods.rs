@@ -14,8 +14,8 @@ use crate::{
 };
 use leadscrew_sim::Rate;
 
-/// What may come as fast as a line takes it: bytes that act at once, lines that are answered,
-/// refused or have to wait for the job, and lines that never end.
+/// The bytes and lines that may come as fast as a line takes them: bytes that act at once, lines
+/// that are answered, refused or have to wait for the job, and lines that never end.
 const KINDS: [(&str, &[u8]); 16] = [
     ("?", b"?"),
     ("feed override", b"\x91"),

@@ -9,7 +9,8 @@ use std::array::from_fn;
 
 /// Homing in the positive directions, with a pull-off of 1 mm.
 const SETTINGS: &str = "$0=5\n$22=1\n$24=60\n$25=1200\n$26=20\n$27=1\n$100=250\n$101=250\n$102=250\n$110=2000\n$111=2000\n$112=2000\n$120=500\n$121=500\n$122=500\n";
-/// Zero where an owner wants it: the switches of X and Z are at -3 and 12, X goes 2 mm off its one.
+/// Zero at the place that an owner wants: the switches of X and Z are at -3 and 12, X goes 2 mm off
+/// its one.
 const OWN: &str = "$719=5\n$740=-3\n$742=12\n$750=2\n$760=600\n$770=30\n";
 /// Steps of the pull-offs then, and the report.
 const OWN_PULL_OFFS: [i64; 3] = [500, 250, 250];
@@ -23,7 +24,7 @@ const SLACK: i64 = 1;
 /// Cycles between two looks of the carriages: 24 µs.
 const LOOK: u64 = 4_000;
 
-/// How the motors move the carriages.
+/// The way in which the motors move the carriages.
 #[derive(Clone, Copy)]
 pub(super) enum Belts {
     /// Each motor moves its own carriage.
@@ -33,7 +34,7 @@ pub(super) enum Belts {
 }
 
 impl Belts {
-    /// How far the carriages have moved for these steps of the motors, whole steps.
+    /// Returns how far the carriages have moved for these steps of the motors, whole steps.
     fn carry<const MOTORS: usize>(self, motors: [i64; MOTORS]) -> [i64; MOTORS] {
         let mut carriages = motors;
         if let (Belts::Crossed, [x, y, ..], [a, b, ..]) =
@@ -48,7 +49,7 @@ impl Belts {
 /// Carriages that close their limit switches.
 struct Carriages<const MOTORS: usize> {
     belts: Belts,
-    /// Where they were at power-up, and where they are, in steps from each switch; a switch is
+    /// Their places at power-up and now, in steps from each switch; a switch is
     /// closed from 0 on.
     begin: [i64; MOTORS],
     position: [i64; MOTORS],

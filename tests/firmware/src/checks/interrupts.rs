@@ -14,7 +14,7 @@ const FAST: u64 = 1_000;
 /// A tick that takes longer than this is taken to load a segment, cycles, with three motors. The
 /// check `step-interrupt` makes sure that such ticks are few.
 pub(super) const TICK: u64 = 230;
-/// How much longer a tick of four motors may take.
+/// The number of cycles by which a tick of four motors may be longer.
 const FOURTH: u64 = 40;
 
 /// The lengths of services in cycles, in order of time, without the interrupts nested in them.

@@ -11,8 +11,8 @@ use leadscrew_f407emu::Exception;
 
 /// The compare register of the step timer.
 const TIM2_CCR1: u32 = 0x4000_0034;
-/// How long the core stands still before a store to the compare register, in cycles: up to twice
-/// the time to the next tick.
+/// The times for which the core stands still before a store to the compare register, in cycles: up
+/// to twice the time to the next tick.
 const DELAYS: [u64; 5] = [400, 2_000, 4_000, 9_000, 17_000];
 /// 20 000 steps/s: a step every 8400 cycles.
 const SETTINGS: &str = "$0=3\n$32=1\n$30=1000\n$100=250\n$110=4800\n$120=2000\n$701=0\n";
@@ -81,7 +81,7 @@ const LINE: &str = "G91G1X1F600\n";
 const LINE_STEPS: [i64; 3] = [250, 0, 0];
 /// The longest time that the line takes, s.
 const LINE_TIME: f64 = 0.5;
-/// How much the first interval may differ, µs.
+/// The time by which the first interval may differ, µs.
 const SAME: f64 = 0.5;
 
 /// The time between the first two steps of a line that starts from rest, µs.

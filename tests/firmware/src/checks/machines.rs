@@ -38,7 +38,7 @@ pub(super) fn run(bench: &mut Bench, job: &Job) -> Result<Vec<Step>, Failure> {
 
 /// The longest time that homing may take here, s.
 const HOMING_SECONDS: f64 = 30.0;
-/// How many steps a carriage may be off the place to which it pulls off.
+/// The number of steps by which a carriage may be off the place to which it pulls off.
 const SLACK: i64 = 2;
 
 /// A motor and its carriage: the signed steps to its switch at power-up, and the steps that it
@@ -163,8 +163,8 @@ fn engraver(build: &Build) -> Result<String, Failure> {
     Ok(format!("Z stands at {stands:?} steps"))
 }
 
-/// How fast the bodies of machines 001 and 004 get warm here, K/s, so that they take seconds: their
-/// own heaters take minutes.
+/// The speeds at which the bodies of machines 001 and 004 get warm here, K/s, so that they take
+/// seconds: their own heaters take minutes.
 const WARMS: [f64; 2] = [25.0, 20.0];
 /// The reference voltage of the Discovery's ADC, V.
 const REFERENCE: f64 = 3.0;
@@ -232,9 +232,9 @@ fn of_lines_planned(planned: &[Planned]) -> Vec<Planned> {
     planned.iter().map(of).collect()
 }
 
-/// How long the motors may have current at rest, s: `$1` is 25 ms.
+/// The time for which the motors may have current at rest, s: `$1` is 25 ms.
 const IDLE: f64 = 0.05;
-/// How far apart the lines of two motors may change in one step event, cycles: 0.3 µs.
+/// The time between the changes of two motors' lines in one step event at most, cycles: 0.3 µs.
 const MOST_SKEW: u64 = 50;
 
 /// Checks that each store to the lines made a step to a neighbouring state of the document, or
@@ -341,8 +341,8 @@ fn fault_is_reported(bench: &mut Bench) -> Result<f64, Failure> {
     Ok(off)
 }
 
-/// How long a heater may get warmer while it is off, s: twice the time that the nozzle's monitor
-/// waits.
+/// The time for which a heater may get warmer while it is off, s: twice the time that the nozzle's
+/// monitor waits.
 const STUCK: f64 = 40.0;
 
 /// The relay of the cold nozzle sticks, and the nozzle slowly gets warmer: the supply must go off.
@@ -369,7 +369,7 @@ fn main_loop_hangs(bench: &mut Bench) -> Result<f64, Failure> {
     Ok(off)
 }
 
-/// How long heaters may stay on after the main loop hangs, s.
+/// The time for which heaters may stay on after the main loop hangs, s.
 const HUNG: f64 = 0.05;
 
 /// Lines of a print: X, Y, Z and the filament, which moves alone at the end.

@@ -171,7 +171,7 @@ fn called(address: u32, high: u16, low: u16) -> Option<u32> {
     Some((address + 4).wrapping_add_signed(offset))
 }
 
-/// How long steps and laser went on after the cycle `began`, µs.
+/// Returns how long steps and laser went on after the cycle `began`, µs.
 pub(super) fn went_on(bench: &Bench, began: u64, hz: f64) -> Result<(f64, f64), Failure> {
     let micros = |cycle: u64| cycle.saturating_sub(began) as f64 * 1e6 / hz;
     Ok((micros(last_step(bench)), micros(power_edge(bench)?.cycle)))

@@ -80,8 +80,8 @@ fn differences(found: &[String], expected: &[String]) -> String {
     format!("found {others:?} in place of {missing:?}")
 }
 
-/// How often the old settings, and how often the new ones, were found after a loss of power: never
-/// a mixture.
+/// The number of times that the old settings, and that the new ones, were found after a loss of
+/// power: never a mixture.
 #[derive(Default)]
 struct Found {
     old: usize,

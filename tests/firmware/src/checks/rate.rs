@@ -1,5 +1,6 @@
-//! How fast three motors may step together with the shortest pulses. The job's lines change
-//! direction a little, because the tick that loads a line's first segment takes longest.
+//! The highest rate at which three motors may step together with the shortest pulses. The job's
+//! lines change direction a little, because the tick that loads a line's first segment takes
+//! longest.
 use super::{
     interrupts::{middle_and_most, Interrupts},
     timing::{ensure_no_gap, fastest, longest_tick, settings, LOADING},
@@ -128,7 +129,7 @@ pub(crate) fn highest(uncapped: &Build) -> Result<String, Failure> {
     Ok(format!("no tick is late up to {on_time:.0} steps/s"))
 }
 
-/// Whether no tick is late at a rate. Prints the figures.
+/// Returns true if no tick is late at a rate. Prints the figures.
 fn is_on_time(uncapped: &Build, rate: f64) -> Result<bool, Failure> {
     let (bench, busy) = run(uncapped, rate)?;
     let (late, reached) = (late(&bench), fastest(&bench.pins.steps));

@@ -15,7 +15,7 @@ use std::fmt::Write;
 const STEPS_PER_MM: f64 = 250.0;
 /// The time from rest to the rate, s: a quarter of the job is ramps.
 const RAMP_SECONDS: f64 = 0.125;
-/// How long the job goes at its rate, s.
+/// The time for which the job goes at its rate, s.
 const SECONDS: f64 = 1.0;
 
 /// The requested rates: step events a second, lines a second.

@@ -121,8 +121,8 @@ pub(crate) fn on_a_full_line(firmware: &Firmware) -> Result<Figures, Failure> {
 
 /// The time of a byte at 115200 baud, s.
 const BYTE: f64 = 10.0 / 115_200.0;
-/// How many of the list's 342 bytes have gone out when the report is asked for: some at ends of
-/// rows, some within rows.
+/// The numbers of the list's 342 bytes that have gone out when the report is asked for: some at
+/// ends of rows, some within rows.
 const GONE_OUT: [u32; 6] = [1, 44, 101, 200, 250, 300];
 /// The longest time from the arrival of `?` during a list at 115200 baud to the report's first
 /// byte, µs.

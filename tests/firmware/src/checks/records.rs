@@ -28,7 +28,7 @@ const DRIVEN_LONGEST_US: f64 = 150.0;
 const LOADING: u64 = 554;
 /// As [`LOADING`], with four motors.
 const LOADING_FOUR: u64 = 722;
-/// How much more a tick may take than with pins that are compiled in.
+/// The share by which a tick may take longer than with pins that are compiled in, per cent.
 const DEARER_PERCENT: u64 = 10;
 /// Levels of the power of the Discovery and of machine 003, which have TIM4 and TIM1.
 const DISCOVERY_POWER: (u64, u64) = (10_000, 8_400);

@@ -124,7 +124,7 @@ const BEFORE: u64 = 700;
 /// Cycles from one instant that is tried to the next.
 const APART: usize = 35;
 
-/// Whether bytes go out while the flash is written because of these lines.
+/// Returns true if bytes go out while the flash is written because of these lines.
 fn is_sending(bench: &Bench, lines: &str, begin: u64, end: u64) -> Result<bool, Failure> {
     let mut bench = bench.clone();
     bench.send(format!("{lines}\n"));

@@ -119,7 +119,7 @@ pub(crate) fn traces(firmware: &Firmware) -> Result<Figures, Failure> {
     )
 }
 
-/// When the sender is silent, s: for nine tenths of the reserve (`$710`).
+/// The time in which the sender is silent, s: for nine tenths of the reserve (`$710`).
 const SILENCE: Range<f64> = 1.0..1.9;
 /// The most that the silence may cost, as a share of the job's time; and the least that it must
 /// cost with a reserve of 0.1 s, s.

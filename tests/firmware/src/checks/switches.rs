@@ -16,11 +16,11 @@ use leadscrew_f407emu::Pin;
 const STEPS_US: f64 = 10.0;
 /// The longest time from the end of the filter's time to laser off, µs.
 const LASER_US: f64 = 2.5;
-/// How much later an edge is noted if a tick that loads a segment delays its interrupt, µs: 532
-/// cycles at most.
+/// The time by which an edge is noted later if a tick that loads a segment delays its interrupt,
+/// µs: 532 cycles at most.
 const LOAD_US: f64 = 3.2;
-/// How many edges may fall on such a tick: a segment is loaded once in a millisecond, which takes
-/// some 2 µs.
+/// The number of edges that may fall on such a tick: a segment is loaded once in a millisecond,
+/// which takes some 2 µs.
 const AT_LOAD: usize = 1;
 /// The filter's time in µs.
 const FILTER_US: f64 = FILTER_SECONDS * 1e6;
@@ -35,7 +35,8 @@ const BETWEEN: u64 = 3_413;
 /// The effects of an edge of a stopping input, µs after the end of the filter's time.
 #[derive(Clone, Copy)]
 struct Stopped {
-    /// How much later than [`FILTER_US`] after the edge the filter's time ended, µs.
+    /// The time between the end of [`FILTER_US`] after the edge and the end of the filter's time,
+    /// µs.
     settled: f64,
     last_step: f64,
     laser_off: f64,

@@ -1,4 +1,4 @@
-//! How exactly and how fast the step interrupt works.
+//! The exactness and the speed of the step interrupt.
 use super::{
     interrupts::{middle_and_most, Interrupts, TICK},
     Figures,
@@ -15,7 +15,7 @@ use leadscrew_f407emu::Exception;
 
 /// The most by which a step edge may be off the timer's schedule, cycles.
 const JITTER: u32 = 40;
-/// How much longer a pulse may be than its setting, µs.
+/// The time by which a pulse may be longer than its setting, µs.
 const PROLONGED_US: f64 = 1.0;
 /// The longest time that a tick which loads a segment may take from entry to exit, cycles.
 /// `StepTiming` allows more at the start of a line, for boards with pins on several ports.
@@ -202,8 +202,9 @@ pub(super) fn measure(build: &Build) -> Result<(Interrupts, Figures), Failure> {
     Ok((interrupts, figures))
 }
 
-/// Where the lengths of the interrupts are stated: in README.md the longest tick and the longest that
-/// takes a segment; in docs/benchmarks.md also the middle ones, and the end of a pulse.
+/// The places at which the lengths of the interrupts are stated: in README.md the longest tick and
+/// the longest that takes a segment; in docs/benchmarks.md also the middle ones, and the end of a
+/// pulse.
 const README: Row = Row {
     file: "README.md",
     last: "`cargo fw-test step-interrupt`",

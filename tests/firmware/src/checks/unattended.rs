@@ -36,7 +36,7 @@ const SILENCE: f64 = 1.0;
 const LATER: f64 = 0.01;
 /// The longest time until 0x18 switches heaters off, s.
 const RESET: f64 = 0.005;
-/// How long what is off must stay off, s.
+/// The time for which what is off must stay off, s.
 const STAYS_OFF: f64 = 1.0;
 /// A sender's pause between two `?`, s.
 const POLL: f64 = 0.2;

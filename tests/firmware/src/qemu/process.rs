@@ -23,10 +23,10 @@ const SLICE: Duration = Duration::from_millis(50);
 /// The program counter's register number in the debugger's protocol.
 pub(super) const PC: u8 = 15;
 
-/// Why the core has stopped.
+/// The reason why the core has stopped.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Stop {
-    /// At a place where the program waits for an event.
+    /// At a place at which the program waits for an event.
     Waits,
     /// Before it reads a watched register.
     Reads,

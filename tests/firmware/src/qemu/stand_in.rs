@@ -78,7 +78,7 @@ impl StreamPlace {
     }
 }
 
-/// Whether anything happened in a turn of the main loop.
+/// Says whether anything happened in a turn of the main loop.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Turn {
     /// Bytes were carried, or a tick came.
@@ -301,7 +301,8 @@ impl StandIn {
         Ok(sent)
     }
 
-    /// Puts the received bytes where the stream would, all at once. Returns whether there were any.
+    /// Puts the received bytes in the place in which the stream would put them, all at once.
+    /// Returns whether there were any.
     fn receive(&mut self) -> Result<bool, Failure> {
         let word = |offset| self.dma.get(&offset).copied().unwrap_or(0);
         let (memory, items) = (word(RECEIVES.memory()), word(RECEIVES.items()));
@@ -445,7 +446,7 @@ fn waits(build: &Build) -> Result<Vec<u32>, Failure> {
     }
 }
 
-/// The loaded segments: the address where each runs, the address where it is kept, its bytes.
+/// The loaded segments: the address at which each runs, the address at which it is kept, its bytes.
 fn segments(build: &Build) -> Result<Vec<(u32, u32, Vec<u8>)>, Failure> {
     let file = ElfFile32::<Endianness>::parse(&*build.elf)?;
     let endian = file.endian();
