@@ -36,7 +36,7 @@ pub(crate) enum Fault {
         irq: u8,
         /// The register's address.
         register: u32,
-        /// How long the core stands still.
+        /// The time for which the core stands still.
         cycles: u64,
     },
     /// Two wires of captures, given by their numbers, have changed places.

@@ -8,7 +8,7 @@ use std::{
 
 /// The rate of the self-test's line, baud, unless it is built for another.
 pub(crate) const BAUD: u32 = 1_000_000;
-/// How long one look at the line may take.
+/// The time that one look at the line may take.
 const LOOK: Duration = Duration::from_millis(5);
 
 /// The line, and a clock at this end of it.

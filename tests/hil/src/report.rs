@@ -63,7 +63,7 @@ impl Row {
 /// The measures of one subject.
 pub(crate) struct Section {
     pub(crate) name: &'static str,
-    /// How it was measured, in a sentence.
+    /// The way in which it was measured, in a sentence.
     pub(crate) how: &'static str,
     pub(crate) rows: Vec<Row>,
 }

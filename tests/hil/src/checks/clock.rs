@@ -3,7 +3,7 @@ use crate::{board::Board, edges::PER_US, failure::Failure, report::Row};
 
 /// The time over which the clocks are compared, s.
 const SECONDS: f64 = 2.0;
-/// How far the board's clock may be off, per cent. The internal oscillator would be 1 % off, a
+/// The error that the board's clock may have, per cent. The internal oscillator would be 1 % off, a
 /// crystal 0.01 %. An adapter and its driver delay a line by some milliseconds.
 const PERCENT: f64 = 0.5;
 

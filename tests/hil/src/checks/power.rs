@@ -21,13 +21,13 @@ const SECONDS: f64 = 0.02;
 /// One move with ramps, at 5000 steps/s and at most half of full power.
 const SETTINGS: &str = "$32=1\n$100=250\n$110=6000\n$120=400\n";
 const JOB: &str = "G91\nM4S500\nG1X2F1200\nM5\n";
-/// How much later than its tick power may change, µs: a period of the PWM, and a count of the
-/// capture.
+/// The time by which power may change later than its tick, µs: a period of the PWM, and a count of
+/// the capture.
 const PERIOD_US: f64 = 100.0;
 /// The time of the instructions between a tick and its change of power, µs: less than this.
 const TICK_US: f64 = 1.0;
-/// How far the energy of a move may be off, per cent: the power of the last tick may be held for a
-/// whole period of the PWM or be cut off.
+/// The error that the energy of a move may have, per cent: the power of the last tick may be held
+/// for a whole period of the PWM or be cut off.
 const ENERGY_PERCENT: f64 = 1.0;
 
 /// The mean of the high counts of the pulses, and the mean of their periods.

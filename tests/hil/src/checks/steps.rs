@@ -8,16 +8,16 @@ use crate::{
     wires::Signal,
 };
 
-/// How far edges may be off the schedule, µs: 40 cycles, as `cargo fw-test jitter` allows, and a
-/// count of the capture.
+/// The time by which edges may be off the schedule, µs: 40 cycles, as `cargo fw-test jitter`
+/// allows, and a count of the capture.
 const JITTER_US: f64 = 0.25;
 /// The most by which a pulse is longer if its end has to wait for a tick, µs. It is longest when
 /// the tick begins a line (`crates/board-f407/src/step_port.rs`).
 const PROLONGED_US: f64 = 3.2;
-/// How long before and after a step a driver needs the direction to be stable, µs (TI DRV8825,
-/// SLVSA73F: 0.65).
+/// The time before and after a step for which a driver needs the direction to be stable, µs (TI
+/// DRV8825, SLVSA73F: 0.65).
 const SETTLED_US: f64 = 0.65;
-/// How long before a step a direction must be set by the settings (`$709`), µs.
+/// The time before a step at which a direction must be set by the settings (`$709`), µs.
 const SETUP_US: f64 = 20.0;
 /// Motion begins when nothing has come for 0.5 s. Then the whole job has come, and the board plans
 /// it as the simulator does.
@@ -35,7 +35,7 @@ const FAST_SETTINGS: &str =
     "$0=1\n$100=250\n$101=250\n$102=250\n$110=96000\n$111=96000\n$112=96000\n\
                              $120=110000\n$121=110000\n$122=110000\n";
 const FAST_JOB: &str = "G91\nG1X10Y10Z10F200000\nX12Y12Z12\n";
-/// Steps a second.
+/// The highest rate, steps a second.
 const FASTEST: f64 = 370_000.0;
 
 /// Runs a job while edges are captured.
@@ -89,8 +89,8 @@ fn compare(pulses: &[Pulse], planned: &[Planned], pulse_us: f64) -> Vec<Row> {
     rows
 }
 
-/// How much later edges come than planned: the least and the most. The edges and the plan count
-/// from different origins.
+/// Returns how much later edges come than planned: the least and the most. The edges and the plan
+/// count from different origins.
 fn offsets(edges: impl Iterator<Item = u64>, planned: impl Iterator<Item = u64>) -> (f64, f64) {
     let pairs = edges.zip(planned);
     extremes(pairs.map(|(edge, plan)| edge as f64 - plan as f64))

@@ -12,7 +12,7 @@ const SETTINGS: &str = "$0=3\n$32=0\n$100=250\n$110=9600\n$120=20000\n";
 const JOB: &str = "G91\nM3S500\nG1X40F9600\n";
 const INTERVAL_US: f64 = 25.0;
 const TIMES: usize = 3;
-/// When the button is pressed after the start of motion, s: the ramp is over then.
+/// The time after the start of motion at which the button is pressed, s: the ramp is over then.
 const AFTER: f64 = 0.03;
 /// The realtime byte that toggles flood coolant.
 const FLOOD: &[u8] = b"\xA0";

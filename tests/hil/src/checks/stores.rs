@@ -1,4 +1,4 @@
-//! How long the flash stops the CPU when a setting is stored.
+//! The time for which the flash stops the CPU when a setting is stored.
 use crate::{
     board::Board,
     edges::PER_US,
@@ -11,7 +11,7 @@ use crate::{
 const SETTINGS: &str = "$706=10000\n";
 /// The level of the button is looked at 10 ms after its edge. Nothing may press it again then.
 const SETTLING_SECONDS: f64 = 0.02;
-/// How often each time is measured.
+/// The number of times that each time is measured.
 const TIMES: u32 = 8;
 /// The bounds of the time, µs. The flash programs four words; the data sheet gives 16 µs a word as
 /// typical and 100 µs as the maximum (table 40). A turn of the main loop lies in between and may add

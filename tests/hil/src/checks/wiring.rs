@@ -1,5 +1,5 @@
-//! Whether each wire is where it should be: runs a job in which each signal has a different number
-//! of edges.
+//! Checks that each wire is where it should be: runs a job in which each signal has a different
+//! number of edges.
 use crate::{board::Board, failure::Failure, report::Row, wires::Signal};
 
 /// 250 steps/mm, and a filter time of 10 ms, so that the short pulse of flood coolant does not
