@@ -72,7 +72,7 @@ impl Act {
     }
 }
 
-/// Which machine it is: the bits of a script's first byte.
+/// The machine of a script: the bits of a script's first byte.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct Build(u8);
 

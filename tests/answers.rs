@@ -1,5 +1,5 @@
-//! When the machine answers a line: not before the answer is useful, and never so late that motion
-//! slows down.
+//! The time at which the machine answers a line: not before the answer is useful, and never so late
+//! that motion slows down.
 //!
 //! The sender counts characters and looks at its line every millisecond, unless it stalls.
 
@@ -22,7 +22,7 @@ const BRAKING: f64 = 0.2;
 
 /// The bytes that the sender receives within some milliseconds.
 struct Sight {
-    /// Lines answered.
+    /// The number of lines that were answered.
     answered: usize,
     /// The X carriage's place, steps.
     x: i32,

@@ -67,8 +67,8 @@ fn homing_finds_the_same_place_however_long_a_switch_bounces() {
             assert_eq!(session.say("$H\n"), ["ok"], "{bounce} us, $706={filter}");
             session.sim.board().plant.position()
         });
-        // The axis has pulled off by $27 from where the switch was found. That is at most one
-        // filter time after the first edge, at the speed of $24.
+        // The axis has pulled off by $27 from the place at which the switch was found. That is at
+        // most one filter time after the first edge, at the speed of $24.
         let late = 1 + i32::from(filter.max(bounce) / 5000);
         for place in &places {
             for axis in place {

@@ -8,7 +8,7 @@ use leadscrew_tests::{run_program, setup, Session};
 /// 22 kHz at 250 steps/mm: even with the longest pulse there is time to set up a direction.
 const FAST: &str = "$110=5280\n$111=5280\n$112=5280\n$120=1000\n$121=1000\n$122=1000\n";
 
-/// How much longer a pulse may be than asked for, because an interrupt ends it, µs.
+/// The time by which a pulse may be longer than asked for, because an interrupt ends it, µs.
 const INTERRUPT: f64 = 0.5;
 
 /// The time within which the main loop acts on a reset, µs: less than two steps at 20 kHz.

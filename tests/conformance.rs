@@ -69,8 +69,8 @@ fn said(exchanges: &[Exchange]) -> Vec<&str> {
         .collect()
 }
 
-/// True if a line is as expected. Lines with positions may differ by one unit of the last decimal;
-/// all other lines must be the same to the byte.
+/// Returns true if a line is as expected. Lines with positions may differ by one unit of the last
+/// decimal; all other lines must be the same to the byte.
 fn agrees(expected: &str, found: &str) -> bool {
     const POSITIONS: [&str; 10] = [
         "[G54:", "[G55:", "[G56:", "[G57:", "[G58:", "[G59:", "[G28:", "[G30:", "[G92:", "[TLO:",
@@ -180,7 +180,7 @@ fn every_conversation_written_from_grbl_s_documents_is_held_as_written() {
     }
 }
 
-/// `leadscrew replay --judge` must find a difference exactly where a row of known differences says
+/// `leadscrew replay --judge` must find a difference exactly if a row of known differences says
 /// so.
 #[test]
 fn a_conversation_is_judged_to_differ_where_a_row_says_so_and_nowhere_else() {

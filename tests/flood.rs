@@ -39,7 +39,7 @@ struct Desk {
     is_on: bool,
     at: usize,
     to_send: [VecDeque<u8>; 3],
-    /// When a report of the line that is answered came, and its text.
+    /// The time at which each report of the line that is answered came, and its text.
     reports: Vec<(Cycle, String)>,
     incoming: [Vec<u8>; 3],
 }

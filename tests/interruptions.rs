@@ -18,7 +18,7 @@ const SETTINGS: &str =
 const PROGRAM: &str = "M4S700\nG1X2Y1F2000\nY2.5\nG2X3Y3.5R1\nG0X2\n";
 
 /// Two holes in pecks, and two bored in another plane: a line makes many moves. The job ends at a
-/// place where it was at no other time.
+/// place at which it was at no other time.
 const HOLES: &str = "G91G99G83X0.5Y0.2Z-0.7R-0.3Q0.3L2F900\nG18G98G85X0.3Y-0.5R0.2L2\nG0X0.1\n";
 
 const JOGS: &str = "$J=G91X2Y1F2000\n$J=G91Y2F2000\n";
@@ -124,7 +124,7 @@ impl<'a> Case<'a> {
     }
 }
 
-/// Whether two places are at most one step apart on each axis.
+/// Returns true if two places are at most one step apart on each axis.
 fn is_near(place: &[i32; 3], at: &[i32; 3]) -> bool {
     place.iter().zip(at).all(|(a, b)| (a - b).abs() <= 1)
 }

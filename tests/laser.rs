@@ -339,7 +339,8 @@ fn a_laser_at_rest_is_off_while_held_and_comes_back() {
     }
 }
 
-/// Where the laser goes on or off, in steps of X, if it follows its power pin after `delay_us`.
+/// Returns the places at which the laser goes on or off, in steps of X, if it follows its power pin
+/// after `delay_us`.
 fn burnt(steps: &[StepEvent], delay_us: u64) -> Vec<f64> {
     let mut x = 0i32;
     let mut track: Vec<(u64, i32)> = Vec::new();

@@ -30,11 +30,11 @@ type Point = [f64; 2];
 #[derive(Clone, Debug)]
 struct Outline {
     points: Vec<Point>,
-    /// mm/s².
+    /// The acceleration of the axes, mm/s².
     acceleration: f64,
-    /// `$11`, mm.
+    /// The junction deviation `$11`, mm.
     deviation: f64,
-    /// mm/min.
+    /// The feed, mm/min.
     feed: f64,
     /// Decimals of the program's numbers.
     decimals: usize,
@@ -108,7 +108,8 @@ impl Outline {
         most
     }
 
-    /// When each corner was passed, and by how much the axis's speed may jump there, steps/s.
+    /// Returns when each corner was passed, and by how much the axis's speed may jump there,
+    /// steps/s.
     fn corners(&self, steps: &[StepEvent], axis: usize) -> Vec<(f64, f64)> {
         let places = self.places();
         let moves: Vec<Point> = places
@@ -222,7 +223,7 @@ proptest! {
     }
 }
 
-/// How much longer an outline takes with some `$11` than with a lower one, at most: 1 if it
+/// Returns how much longer an outline takes with some `$11` than with a lower one, at most: 1 if it
 /// never takes longer.
 fn growth(of: &Outline) -> f64 {
     let (mut fastest, mut growth) = (f64::INFINITY, 1f64);

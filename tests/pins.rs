@@ -126,7 +126,7 @@ fn under_m4_a_rapid_is_dark() {
 #[test]
 fn a_jog_has_the_power_of_g1_whatever_the_motion_mode_as_in_grbl() {
     // G1: the power is on before, during and after the jog, without an edge. G0: it goes on with
-    // the jog, as the recording `laser_m3_g0_jog` shows, and off at its end, where Grbl leaves it
+    // the jog, as the recording `laser_m3_g0_jog` shows, and off at its end; Grbl leaves it
     // on.
     let cut = with_laser(|session| {
         for line in ["M3S500", "G1X1F600", "$J=X2F600"] {

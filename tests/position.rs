@@ -47,9 +47,9 @@ enum Line {
 #[derive(Clone, Copy, Debug)]
 struct Arc {
     clockwise: bool,
-    /// I and J.
+    /// The words I and J.
     centre: [i32; 2],
-    /// 1 to 4.
+    /// The number of quarter turns, 1 to 4.
     quarters: u8,
     z: Option<i32>,
     /// True if to write the radius instead of the centre; not for whole circles.

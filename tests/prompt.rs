@@ -1,8 +1,8 @@
-//! How soon a feed hold or an override acts. The steps after the byte are compared with the steps
-//! of the undisturbed run.
+//! The delay after which a feed hold or an override acts. The steps after the byte are compared
+//! with the steps of the undisturbed run.
 //!
 //! Both runs make the same step events until the motion committed before the byte has ended. The
-//! last equal event begins the first changed interval, where the deceleration begins.
+//! last equal event begins the first changed interval, in which the deceleration begins.
 
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::{Cycle, Memory, StepEvent};
@@ -107,7 +107,7 @@ fn interval(steps: &[StepEvent], at: Cycle) -> u64 {
     until - from
 }
 
-/// How long after `at` the two runs stay the same, cycles; `None` if they never differ.
+/// Returns how long after `at` the two runs stay the same, cycles; `None` if they never differ.
 fn same_for(undisturbed: &[StepEvent], steps: &[StepEvent], at: Cycle) -> Option<u64> {
     let pairs = undisturbed.iter().zip(steps);
     let same = pairs.take_while(|(a, b)| a.cycle == b.cycle && a.motors == b.motors);

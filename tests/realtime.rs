@@ -84,7 +84,7 @@ fn report(session: &mut Desk<'_>) -> String {
     report[1..].split(['|', ':']).next().unwrap().to_owned()
 }
 
-/// What a byte may change besides the state.
+/// The values that a byte may change besides the state.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Values {
     overrides: [u8; 3],

@@ -25,7 +25,7 @@ fn behind_banner(heard: &[String]) -> &[String] {
     &heard[banner.expect("a banner") + 1..]
 }
 
-/// What a sender may have sent before its 0x18, whole lines and parts of one.
+/// The bytes that a sender may have sent before its 0x18, whole lines and parts of one.
 const BEFORE: [&str; 12] = [
     "",
     "G1X1F60",

@@ -37,7 +37,7 @@ pub(super) struct Light {
     /// move.
     parked: bool,
     may_burn: bool,
-    /// When the laser was lit in a dark move.
+    /// The time at which the laser was lit in a dark move.
     wrong: Option<Cycle>,
 }
 
@@ -83,8 +83,8 @@ impl Light {
     }
 }
 
-/// True if a line of `rest` steps may be the remaining part of a line of `all` steps: its motors
-/// have the same ratios, to the nearest step.
+/// Returns true if a line of `rest` steps may be the remaining part of a line of `all` steps: its
+/// motors have the same ratios, to the nearest step.
 fn is_rest(rest: &[u32], all: &[u32]) -> bool {
     let events = |line: &[u32]| i64::from(line.iter().copied().max().unwrap_or(0));
     let (left, whole) = (events(rest), events(all));

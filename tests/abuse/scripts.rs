@@ -48,7 +48,7 @@ const MODES: &[&[u8]] = &[
     b"$H\n",
 ];
 
-/// Motion. Soft limits begin at 0, where a machine stands that is not homed, so most moves go in
+/// Motion. Soft limits begin at 0, the place of a machine that is not homed, so most moves go in
 /// the negative direction.
 const MOTION: &[&[u8]] = &[
     b"G1X-5Y-2F3000S500\n",

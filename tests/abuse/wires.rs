@@ -16,7 +16,7 @@ pub(super) struct Wire {
     sent: Vec<u8>,
     /// Lines that have been sent.
     lines: usize,
-    /// Greetings heard.
+    /// The number of greetings that were heard.
     banners: usize,
 }
 
@@ -60,8 +60,8 @@ impl Wire {
 pub(super) struct Wires(pub(super) [Wire; LINES]);
 
 impl Wires {
-    /// True if a line was sent that stops the spindle until the next move: `$H`, `$30=` or `$31=`,
-    /// in any spelling.
+    /// Returns true if a line was sent that stops the spindle until the next move: `$H`, `$30=` or
+    /// `$31=`, in any spelling.
     pub(super) fn stop_the_spindle(&self) -> bool {
         let lines = |wire: &Wire| {
             let mut lines = wire.sent.split(|byte| matches!(byte, b'\r' | b'\n'));

@@ -9,7 +9,7 @@ use serde_json::Value;
 
 /// The tolerance of coordinates, mm: LinuxCNC prints them with this precision.
 const TOLERANCE: f64 = 1e-6;
-/// How much longer a dwell may be, s: motion has to come to rest, and to start again.
+/// The time by which a dwell may be longer, s: motion has to come to rest, and to start again.
 const LATE: f64 = 0.02;
 
 /// Programs in which LinuxCNC made some moves of the line that it then refused, with the number of

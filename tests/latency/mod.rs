@@ -161,7 +161,7 @@ fn coolant_and_spindle_are_switched_within_a_millisecond_where_grbl_switches_the
     }
 }
 
-/// Whether spindle, flood and mist are on.
+/// Returns whether spindle, flood and mist are on.
 fn outputs(session: &Desk<'_>) -> (bool, bool, bool) {
     let board = session.sim.board();
     let coolant = board.coolant();
