@@ -165,8 +165,8 @@ fn mentioned_symbol(instruction: &str) -> Option<&str> {
     Some(name.rsplit_once("+0x").map_or(name, |(symbol, _)| symbol))
 }
 
-/// True if an instruction jumps to an address that is computed. Returns (`bx lr`) and jump tables
-/// inside a function (`tbb`, `tbh`) are not calls.
+/// Returns true if an instruction jumps to an address that is computed. Returns (`bx lr`) and jump
+/// tables inside a function (`tbb`, `tbh`) are not calls.
 fn is_computed_call(instruction: &str) -> bool {
     let mut words = instruction.split_whitespace();
     let mnemonic = words.next().unwrap_or_default();

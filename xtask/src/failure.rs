@@ -1,7 +1,7 @@
 //! The reasons why a task stops, with messages for the user.
 use std::{fmt, io, path::PathBuf, process::ExitStatus};
 
-/// Why a task stopped.
+/// The reason why a task stopped.
 #[derive(Debug)]
 pub(crate) enum Failure {
     /// A program could not be started.
@@ -59,7 +59,7 @@ impl Failure {
         }
     }
 
-    /// One check failed.
+    /// Makes the failure of one check.
     pub(crate) fn finding(words: impl Into<String>) -> Self {
         Failure::Findings(vec![words.into()])
     }

@@ -208,8 +208,9 @@ pub(crate) fn build_with(
     Ok(toolchain::firmware_dir().join("board-f407"))
 }
 
-/// True if an image has to fit a chip of 512 KiB with all boards and machines of a record in it:
-/// one that reads its board from a record. That for four motors is too long for such chips anyway.
+/// Returns true if an image has to fit a chip of 512 KiB with all boards and machines of a record
+/// in it: one that reads its board from a record. That for four motors is too long for such chips
+/// anyway.
 fn has_to_be_small(variables: &[(&str, &str)]) -> bool {
     let given = |name: &str| {
         let own = variables.iter().find(|(of, _)| *of == name);

@@ -144,7 +144,7 @@ fn keep(toolchain: &Toolchain, build: &Build, folder: &Path) -> Result<(), Failu
     Ok(())
 }
 
-/// How an image is built, besides from its sources, in one line.
+/// Returns how an image is built, besides from its sources, in one line.
 fn how(build: &Build) -> Result<String, Failure> {
     let compiler = |rustc: &str| shell::output(Command::new(rustc).arg("-vV")).unwrap_or_default();
     let own = env::vars().filter(|(name, _)| {
@@ -196,7 +196,8 @@ fn sources_of(list: &str) -> impl Iterator<Item = PathBuf> {
     files.into_iter()
 }
 
-/// When a file, or the newest one in a folder, was changed, ns since 1970; none if it is not there.
+/// Returns when a file, or the newest one in a folder, was changed, ns since 1970; none if it is
+/// not there.
 fn changed(file: &Path) -> Option<u128> {
     let about = fs::metadata(file).ok()?;
     let own = about

@@ -50,7 +50,7 @@ const STEP_INTERRUPTS: [&str; 2] = ["TIM2", "TIM1_TRG_COM_TIM11"];
 /// RTIC's `main`.
 const BEFORE_INTERRUPTS: [&str; 2] = ["__pre_init", "main"];
 
-/// The first address of the flash, where the core has to wait; the step interrupts are in SRAM.
+/// The first address of the flash, for which the core has to wait; the step interrupts are in SRAM.
 const FLASH: u64 = 0x0800_0000;
 
 /// Builds the libraries and checks them, and checks the firmware in `files`. Without `files` it
@@ -177,9 +177,9 @@ fn forbidden_in_a_step(symbol: &str) -> Option<&'static str> {
     }
 }
 
-/// True if a symbol is a 64-bit division: a name of the run-time ABI for the Arm architecture (IHI
-/// 0043) section 4.2, GCC's name for the same routine, or the function of `compiler_builtins`
-/// behind them.
+/// Returns true if a symbol is a 64-bit division: a name of the run-time ABI for the Arm
+/// architecture (IHI 0043) section 4.2, GCC's name for the same routine, or the function of
+/// `compiler_builtins` behind them.
 fn is_long_division(symbol: &str) -> bool {
     const NAMES: [&str; 8] = [
         "__aeabi_uldivmod",
@@ -194,9 +194,9 @@ fn is_long_division(symbol: &str) -> bool {
     NAMES.contains(&symbol) || symbol.contains("u64_div_rem")
 }
 
-/// True if a symbol is arithmetic, comparison or conversion of doubles: a name of the run-time ABI
-/// for the Arm architecture (IHI 0043) section 4.1, or GCC's name, which has `df` (double float) in
-/// it: `__muldf3`, `__extendsfdf2`, `__floatsidf`.
+/// Returns true if a symbol is arithmetic, comparison or conversion of doubles: a name of the
+/// run-time ABI for the Arm architecture (IHI 0043) section 4.1, or GCC's name, which has `df`
+/// (double float) in it: `__muldf3`, `__extendsfdf2`, `__floatsidf`.
 fn is_software_double(symbol: &str) -> bool {
     let converts_to = ["i2d", "ui2d", "f2d", "l2d", "ul2d"];
     match symbol.strip_prefix("__aeabi_") {

@@ -27,7 +27,7 @@ pub(super) struct Sight {
     pub(super) position: Vec<f64>,
 }
 
-/// What the observer saw after the sender had gone.
+/// The things that the observer saw after the sender had gone.
 #[derive(Debug)]
 pub(super) struct Rest {
     /// The sight at rest.

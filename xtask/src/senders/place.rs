@@ -1,4 +1,4 @@
-//! The folders where senders are installed, and the start of senders and server.
+//! The folders in which senders are installed, and the start of senders and server.
 
 use super::observer::Observer;
 use super::runs::{Run, Sender};
@@ -21,9 +21,9 @@ const OBSERVERS: &str = "localhost:0";
 
 /// The folders and the program.
 pub(super) struct Place {
-    /// `tests/senders`.
+    /// The folder `tests/senders`.
     scripts: PathBuf,
-    /// `target/senders`.
+    /// The folder `target/senders`.
     installed: PathBuf,
     /// The program under test.
     leadscrew: PathBuf,

@@ -3,8 +3,8 @@
 use super::observer::{Rest, Sight};
 use super::wire::{word, Wire};
 
-/// How far the machine may be from a target at rest, mm: half a step, and the report's third
-/// decimal.
+/// The distance that the machine may have from a target at rest, mm: half a step, and the report's
+/// third decimal.
 const EXACT: f64 = 0.0075;
 
 /// Something that must have happened.

@@ -72,7 +72,8 @@ impl<'a> Row<'a> {
     }
 }
 
-/// True if a text is a realtime byte: `?`, `!`, `~`, or a byte that the log spells like `\x18`.
+/// Returns true if a text is a realtime byte: `?`, `!`, `~`, or a byte that the log spells like
+/// `\x18`.
 fn is_realtime(text: &str) -> bool {
     matches!(text, "?" | "!" | "~") || (text.len() == 4 && text.starts_with("\\x"))
 }
