@@ -165,7 +165,7 @@ fuzz_target!(|bytes: &[u8]| {
     };
     let mut bench = Bench::new(*choice);
     let mut reader = LineReader::<128>::new(GRBL_LINE_LENGTH);
-    // Once as it comes, where any length and byte is met, and once line by line through the filter.
+    // Once as it comes, to meet any length and byte, and once line by line through the filter.
     for line in bytes.split(|byte| *byte == b'\n') {
         spell(line);
     }

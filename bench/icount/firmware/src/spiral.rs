@@ -35,7 +35,7 @@ pub fn prepare(
     segmenter.next(planner)
 }
 
-/// A feed move to a place (mm) at `speed` mm/s.
+/// Returns a feed move to a place (mm) at `speed` mm/s.
 pub fn feed(x: f32, y: f32, z: f32, speed: f32) -> Move<3> {
     Move {
         target: [x, y, z].map(|mm| Coordinate::from_mm(mm).unwrap()),

@@ -40,7 +40,7 @@ pub(crate) const ENABLE: Pin = Pin(PORT_E, 8);
 const STEP_TIMER: OneShot = OneShot(0x4003_0000);
 pub(crate) const MAIN_LOOP: OneShot = OneShot(0x4003_2000);
 
-/// How often SysTick has wrapped around.
+/// The number of times that SysTick has wrapped around.
 static ROUNDS: AtomicU32 = AtomicU32::new(0);
 const LAST: u32 = 0x00FF_FFFF;
 

@@ -29,7 +29,7 @@ static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::new());
 /// The machine and all that it borrows take 13 KB at most.
 const _: () = assert!(size_of::<Memory>() + size_of::<Machine<Cartesian, 3, 3>>() <= 13 * 1024);
 
-/// What the handlers own.
+/// A value that the handlers own.
 type Owned<T> = Mutex<RefCell<Option<T>>>;
 static STEPS: Owned<PinStepping<StepDir<Pin, Pin, 3>, StepTimer, 3>> =
     Mutex::new(RefCell::new(None));

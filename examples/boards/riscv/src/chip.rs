@@ -33,9 +33,9 @@ const PLIC_ENABLE: usize = 0x2000;
 const PLIC_CLAIM: usize = 0x20_0004;
 const UART_0: usize = 4;
 
-/// When the step interrupt is due.
+/// The time at which the step interrupt is due.
 static STEP_AT: Mutex<Cell<Option<u64>>> = Mutex::new(Cell::new(None));
-/// When a task is to be woken.
+/// The time at which a task is to be woken.
 static WAKE_AT: Mutex<RefCell<Option<(u64, Waker)>>> = Mutex::new(RefCell::new(None));
 /// The task that awaits bytes.
 static READER: Mutex<RefCell<Option<Waker>>> = Mutex::new(RefCell::new(None));
@@ -60,7 +60,7 @@ pub(crate) fn start() {
     }
 }
 
-/// Microseconds since power-up.
+/// Returns the microseconds since power-up.
 fn time() -> u64 {
     loop {
         let high = MTIME.read(4);

@@ -9,7 +9,7 @@ use rp2040_hal::pac::{self, timer::RegisterBlock};
 /// sheet, section 4.6).
 pub(crate) const HZ: u32 = 1_000_000;
 
-/// Alarm 0.
+/// The bit of alarm 0.
 const ALARM: u32 = 1;
 
 fn timer() -> &'static RegisterBlock {

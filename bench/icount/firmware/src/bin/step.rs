@@ -77,8 +77,8 @@ macro_rules! write {
 }
 
 impl Port<'_> {
-    /// True if the tick is due, by the timer's flag. The end of a pulse comes as an interrupt of
-    /// its own.
+    /// Returns true if the tick is due, by the timer's flag. The end of a pulse comes as an
+    /// interrupt of its own.
     #[inline]
     fn acknowledge(&mut self) -> bool {
         let flags = read!(self, status) & (TICK_DUE | PULSE_OVER);
