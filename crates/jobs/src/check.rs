@@ -174,7 +174,7 @@ impl CheckReport {
         }
     }
 
-    /// One line of figures, for a picture; `work` is what the tool does to the material.
+    /// Returns one line of figures, for a picture; `work` is what the tool does to the material.
     pub fn caption(&self, work: &str) -> String {
         let (cut, travel) = (self.cut_mm, self.travel_mm);
         format!(

@@ -60,7 +60,7 @@ impl Fault {
         matches!(self, Self::Remark(_))
     }
 
-    /// GRBL's number; 0 for a line that the machine accepts or does not answer.
+    /// Returns GRBL's number; 0 for a line that the machine accepts or does not answer.
     pub fn code(self) -> u8 {
         match self {
             Self::TooLong => Status::InvalidTarget.number(),

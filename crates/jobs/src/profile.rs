@@ -125,7 +125,7 @@ impl ProfileReport {
         self.end.words()
     }
 
-    /// One line of figures, for a picture.
+    /// Returns one line of figures, for a picture.
     pub fn caption(&self) -> String {
         let length: f64 = self.stretches.iter().map(|stretch| stretch.length).sum();
         let time = seconds(self.job_cycles);
