@@ -34,7 +34,8 @@ pub(crate) const SLOWEST_TIMER_HZ: u32 = 100_000;
 pub(crate) const RATES: core::ops::RangeInclusive<u32> = 3_000..=500_000;
 
 impl<const AXES: usize> Config<AXES> {
-    /// Linear axes, Grbl's settings, 20 000 steps a second at most, and no frequency yet.
+    /// Begins with linear axes, Grbl's settings, 20 000 steps a second at most, and no frequency
+    /// yet.
     pub const fn new() -> Self {
         let mut machine = MachineConfig::new();
         machine.timer_hz = 0;

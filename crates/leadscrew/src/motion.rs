@@ -38,7 +38,7 @@ pub struct MotionResources<
 impl<const AXES: usize, const MOTORS: usize, const MOVES: usize, const BLOCKS: usize>
     MotionResources<AXES, MOTORS, MOVES, BLOCKS>
 {
-    /// Empty queues, for a `static`.
+    /// Makes empty queues, for a `static`.
     pub const fn new() -> Self {
         Self {
             moves: leadscrew_planner::Queue::new(),

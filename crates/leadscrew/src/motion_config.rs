@@ -30,8 +30,8 @@ pub struct MotionConfig<const AXES: usize> {
 }
 
 impl<const AXES: usize> MotionConfig<AXES> {
-    /// Grbl's defaults: 250 steps/mm, 500 mm/min, 10 mm/s², pulses of 10 µs, 20 000 steps a second
-    /// at most; no travel, and no frequency yet.
+    /// Begins with Grbl's defaults: 250 steps/mm, 500 mm/min, 10 mm/s², pulses of 10 µs, 20 000
+    /// steps a second at most; no travel, and no frequency yet.
     pub fn new() -> Self {
         Self {
             planned: Config {

@@ -65,7 +65,7 @@ impl<
         const REALTIME: usize,
     > Resources<AXES, MOTORS, MOVES, PIXELS, BLOCKS, SLOTS, LEAD, RX, TX, REALTIME>
 {
-    /// Empty queues, for a `static`: built on the stack they would overflow it.
+    /// Makes empty queues, for a `static`: built on the stack they would overflow it.
     pub const fn new() -> Self {
         Self {
             moves: MoveQueues::new(),
