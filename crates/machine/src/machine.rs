@@ -208,8 +208,8 @@ where
         self.motion.position()
     }
 
-    /// Work zero: work coordinate system, G92 and tool length of the line that was taken
-    /// last.
+    /// Returns the work zero: work coordinate system, G92 and tool length of the line that was
+    /// taken last.
     pub fn work_offset(&self) -> [Coordinate; AXES] {
         self.program.work_offset
     }
@@ -224,13 +224,13 @@ where
         self.overrides
     }
 
-    /// Speed on the path, mm/s; 0 at rest.
+    /// Returns the speed on the path, mm/s; 0 at rest.
     pub fn speed(&self) -> f32 {
         self.motion.speed()
     }
 
-    /// Lines of the program since it began: since power-up, a reset, or the end of the program
-    /// before.
+    /// Returns the number of lines of the program since it began: since power-up, a reset, or the
+    /// end of the program before.
     pub fn program_lines(&self) -> u32 {
         self.program.lines
     }
@@ -275,8 +275,8 @@ where
         self.activity.line.is_busy() && self.state.takes_lines()
     }
 
-    /// Bytes of output that were lost since power-up because a line's other end had stopped
-    /// reading.
+    /// Returns the number of bytes of output that were lost since power-up because a line's other
+    /// end had stopped reading.
     pub fn lost_output(&self) -> u32 {
         self.console.lost_output()
     }
