@@ -45,12 +45,12 @@ impl Trail {
         }
     }
 
-    /// Moves planned since power-up.
+    /// Returns the number of moves planned since power-up.
     pub fn planned(&self) -> u32 {
         self.first + self.moves.len() as u32
     }
 
-    /// Number of the oldest move that is kept.
+    /// Returns the number of the oldest move that is kept.
     pub fn first(&self) -> u32 {
         self.first
     }
