@@ -187,7 +187,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         }
     }
 
-    /// Speed along the path at the end of the segments handed out, mm/s.
+    /// Returns the speed along the path at the end of the segments handed out, mm/s.
     pub fn speed(&self) -> f32 {
         self.last.as_ref().map_or(0.0, Running::speed)
     }

@@ -239,8 +239,8 @@ fn angle_between(from: [f32; 2], to: [f32; 2], clockwise: bool) -> f32 {
     }
 }
 
-/// Returns how many chords fit into an arc by `angle` if each is `tolerance` away from it; at least
-/// 1.
+/// Returns how many chords, at least 1, fit into an arc by `angle` if each is `tolerance` away from
+/// it.
 fn chords(angle: f32, radius: f32, tolerance: f32) -> u32 {
     let half_chord = sqrt(tolerance * (2.0 * radius - tolerance));
     let count = (0.5 * angle * radius).abs() / half_chord;

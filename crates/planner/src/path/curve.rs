@@ -13,8 +13,8 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// Returns the highest speed at which the arc can be passed in every direction, mm/s: `v² =
-    /// a·R`.
+    /// Returns the highest speed at which the arc can be passed in every direction, mm/s:
+    /// `v² = a·R`.
     pub fn top_speed(self) -> f32 {
         sqrt(self.acceleration * self.radius)
     }

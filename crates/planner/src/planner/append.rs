@@ -44,8 +44,8 @@ where
         Some(self.target.map(|(_, steps)| steps))
     }
 
-    /// Places of the motors, in steps, for the places `axes` of the axes; `None` if a place is
-    /// beyond `i32`.
+    /// Returns the places of the motors, in steps, for the places `axes` of the axes; `None` if a
+    /// place is beyond `i32`.
     pub fn steps_at(&self, axes: &[Coordinate; AXES]) -> Option<[i32; MOTORS]> {
         let motors = self.kinematics.motors(axes);
         let mut steps = [0; MOTORS];
@@ -64,9 +64,9 @@ where
         self.kinematics.axes(&motors)
     }
 
-    /// `steps`, in which each further motor of an axis has the count of the axis's own motor. All
-    /// motors of an axis must have the same count before a move, because the move brings them to
-    /// the same count.
+    /// Returns `steps`, in which each further motor of an axis has the count of the axis's own
+    /// motor. All motors of an axis must have the same count before a move, because the move brings
+    /// them to the same count.
     pub fn ganged(&self, steps: [i32; MOTORS]) -> [i32; MOTORS] {
         let mut ganged = steps;
         for (motor, place) in ganged.iter_mut().enumerate() {

@@ -53,7 +53,7 @@ impl Coordinate {
         Self(i64::from(whole) * NANOS_PER_MM + i64::from(rest))
     }
 
-    /// Half of the coordinate, rounded towards zero.
+    /// Returns half of the coordinate, rounded towards zero.
     pub const fn half(self) -> Self {
         Self(self.0 / 2)
     }

@@ -196,28 +196,28 @@ impl Trapezoid {
         self.end
     }
 
-    /// Squared speed at the start, steps²/s².
+    /// Returns the squared speed at the start, steps²/s².
     pub const fn entry_v2(&self) -> f32 {
         self.entry_v2
     }
 
-    /// Speed between the ramps (the peak if there is no cruise), steps/s.
+    /// Returns the speed between the ramps (the peak if there is no cruise), steps/s.
     pub const fn cruise(&self) -> f32 {
         self.cruise
     }
 
-    /// Squared speed at the end, steps²/s².
+    /// Returns the squared speed at the end, steps²/s².
     pub const fn exit_v2(&self) -> f32 {
         self.exit_v2
     }
 
-    /// Acceleration of the first and deceleration of the last ramp, steps/s²; the first is negative
-    /// if that ramp goes down.
+    /// Returns the acceleration of the first and the deceleration of the last ramp, steps/s²; the
+    /// first is negative if that ramp goes down.
     pub const fn accelerations(&self) -> [f32; 2] {
         [0.5 * self.first_slope, 0.5 * self.last_slope]
     }
 
-    /// Squared speed at a place, steps²/s².
+    /// Returns the squared speed at a place, steps²/s².
     pub fn speed_v2(&self, place: Place) -> f32 {
         let (x, y) = self.ends(place);
         if y < self.last {
@@ -237,12 +237,12 @@ impl Trapezoid {
         }
     }
 
-    /// Speed at a step, steps/s: *v(s)*.
+    /// Returns the speed at a step, steps/s: *v(s)*.
     pub fn speed(&self, step: u32) -> f32 {
         sqrt(self.speed_v2(Place::at(step)))
     }
 
-    /// Time from the start to a step, seconds: *t(s)*.
+    /// Returns the time from the start to a step, seconds: *t(s)*.
     pub fn time(&self, step: u32) -> f32 {
         let steps = Place::at(step).after(self.start);
         self.time_over(self.start, sqrt(self.entry_v2), steps).0
