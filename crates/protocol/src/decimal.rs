@@ -54,7 +54,8 @@ impl Decimal {
         Self::new(value, 1_000_000_000, 0)
     }
 
-    /// Grbl's output for a value of this sign that is too large for it: 2³¹ of the last digit.
+    /// Returns Grbl's output for a value of this sign that is too large for it: 2³¹ of the last
+    /// digit.
     pub fn saturated(self) -> Self {
         Self {
             digits: self.digits.signum() << 31,

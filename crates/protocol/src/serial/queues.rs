@@ -225,8 +225,8 @@ impl Inbox<'_> {
         }
     }
 
-    /// If the other end went away, until [`Inbox::forget_close`]: nothing that came after is
-    /// [`ready`](Self::ready). Main loop.
+    /// Returns the mark at which the other end went away, if it did, until [`Inbox::forget_close`]:
+    /// nothing that came after is [`ready`](Self::ready). Main loop.
     pub fn closed(&self) -> Option<Mark> {
         let closed = self.shared.closed.load(Ordering::Acquire);
         closed.then(|| Mark(self.shared.closed_at.load(Ordering::Relaxed)))
@@ -373,7 +373,7 @@ impl<'a> Output<'a> {
         self.waiting.is_empty()
     }
 
-    /// Bytes that were lost for want of room since power-up.
+    /// Returns the number of bytes that were lost for want of room since power-up.
     pub fn lost(&self) -> u32 {
         self.lost
     }
