@@ -31,7 +31,7 @@ pub struct Incoming {
 pub struct WrongLine;
 
 impl Incoming {
-    /// No line has come yet.
+    /// Begins before any line has come.
     #[must_use]
     pub const fn new() -> Self {
         Self {

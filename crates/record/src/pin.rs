@@ -10,8 +10,8 @@ impl PinCode {
     /// No pin.
     pub const NONE: Self = Self(0xFF);
 
-    /// Pin `number`, 0 to 15, of a port from A (0) to G (6). For an output, `high` means that a
-    /// high level switches it on. For an input, it means that a closed switch makes the pin high.
+    /// Makes pin `number`, 0 to 15, of a port from A (0) to G (6). For an output, `high` means that
+    /// a high level switches it on. For an input, it means that a closed switch makes the pin high.
     /// `None` if there is no such pin.
     #[must_use]
     pub const fn new(port: u8, number: u8, high: bool) -> Option<Self> {
@@ -22,7 +22,7 @@ impl PinCode {
         }
     }
 
-    /// Port and number; `None` if there is no pin.
+    /// Returns port and number; `None` if there is no pin.
     #[must_use]
     pub const fn pin(self) -> Option<(u8, u8)> {
         match self.0 >> 4 & 7 {
