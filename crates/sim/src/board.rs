@@ -282,7 +282,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         self.coolant
     }
 
-    /// Direction and enable of the spindle on the pins now.
+    /// Returns direction and enable of the spindle on the pins now.
     pub fn spindle(&self) -> SpindleOutput {
         self.spindle
     }

@@ -27,7 +27,7 @@ pub struct Setup<const AXES: usize> {
 }
 
 impl<const AXES: usize> Setup<AXES> {
-    /// `machine` on an F407 with one serial line and the largest receive buffer.
+    /// Puts `machine` on an F407 with one serial line and the largest receive buffer.
     pub fn new(machine: MachineConfig<AXES>, line: Rate) -> Self {
         Self {
             machine,

@@ -203,12 +203,13 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
         }
     }
 
-    /// Lines read from the file so far, including those without anything to send.
+    /// Returns the number of lines read from the file so far, including those without anything to
+    /// send.
     pub fn lines(&self) -> u64 {
         self.lines.count()
     }
 
-    /// Lines that have been answered.
+    /// Returns the number of lines that have been answered.
     pub fn answered(&self) -> u64 {
         self.answered
     }
@@ -471,7 +472,7 @@ impl<R: BufRead> Lines<R> {
         self.program.as_ref().map_or(self.number, Running::number)
     }
 
-    /// Lines of the file that have been read.
+    /// Returns the number of lines of the file that have been read.
     pub fn count(&self) -> u64 {
         self.program.as_ref().map_or(self.number, Running::count)
     }

@@ -251,7 +251,7 @@ where
         }
     }
 
-    /// Position as the step interrupt counts it.
+    /// Returns the position as the step interrupt counts it.
     pub fn counted_position(&self) -> [i32; MOTORS] {
         self.shared.position()
     }

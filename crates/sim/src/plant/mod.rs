@@ -304,20 +304,20 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         self.carriages.each_ref().map(|carriage| carriage.position)
     }
 
-    /// Steps that each motor has made since power-up, positive less negative, by the level of its
-    /// direction pin.
+    /// Returns the steps that each motor has made since power-up, positive less negative, by the
+    /// level of its direction pin.
     pub fn net_steps(&self) -> [i64; MOTORS] {
         self.carriages
             .each_ref()
             .map(|carriage| i64::from(carriage.position) - carriage.origin)
     }
 
-    /// Steps that each motor has made, in either direction.
+    /// Returns the steps that each motor has made, in either direction.
     pub fn pulses(&self) -> [u64; MOTORS] {
         self.carriages.each_ref().map(|carriage| carriage.pulses)
     }
 
-    /// Highest rate of each motor in steps/s, over 16 steps.
+    /// Returns the highest rate of each motor in steps/s, over 16 steps.
     pub fn peak_rates(&self) -> [f64; MOTORS] {
         self.carriages
             .each_ref()

@@ -196,12 +196,12 @@ impl Toolpath {
         }
     }
 
-    /// Length of the cuts, mm.
+    /// Returns the length of the cuts, mm.
     pub fn cut_mm(&self) -> f64 {
         self.cut_mm
     }
 
-    /// Length of all other moves, mm.
+    /// Returns the length of all other moves, mm.
     pub fn travel_mm(&self) -> f64 {
         self.travel_mm
     }
@@ -219,9 +219,9 @@ impl Toolpath {
         }
     }
 
-    /// Drilled holes, in order: places at which the tool went down at feed rate, and up again or
-    /// not at all, without moving in X or Y. Consecutive strokes at one place are one hole. If some
-    /// cuts have power, a stroke without power makes none: the spindle is off.
+    /// Returns the drilled holes, in order: places at which the tool went down at feed rate, and up
+    /// again or not at all, without moving in X or Y. Consecutive strokes at one place are one
+    /// hole. If some cuts have power, a stroke without power makes none: the spindle is off.
     pub fn holes(&self) -> Vec<Hole> {
         let turns = |one: &Drawn| one.way == Way::Cut && one.power > 0.0;
         let switches = self.moves().iter().any(turns);
@@ -283,7 +283,7 @@ impl Toolpath {
         passes
     }
 
-    /// Start and end of the path: X and Y in mm.
+    /// Returns start and end of the path: X and Y in mm.
     pub fn ends(&self) -> [[f32; 2]; 2] {
         [flat(self.start), flat(self.at)]
     }

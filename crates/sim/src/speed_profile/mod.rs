@@ -80,7 +80,8 @@ impl Stretch {
         self.end - self.begin
     }
 
-    /// Acceleration along the path, mm/s², negative if the speed falls: `(v1² − v0²) / 2s`.
+    /// Returns the acceleration along the path, mm/s², negative if the speed falls:
+    /// `(v1² − v0²) / 2s`.
     pub fn acceleration(&self) -> f64 {
         let [from, to] = self.speed;
         if self.length > 0.0 && self.phase != Phase::Cruise {
