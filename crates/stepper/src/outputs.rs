@@ -17,7 +17,8 @@ impl OutputChange {
     /// All outputs stay as they are.
     pub const NONE: Self = Self { set: 0, clear: 0 };
 
-    /// Output `index`, 0 to 7, goes on or off; a larger index changes nothing.
+    /// Makes a change by which output `index`, 0 to 7, goes on or off; a larger index changes
+    /// nothing.
     pub const fn of(index: u8, on: bool) -> Self {
         let bit = if index < 8 { 1 << index } else { 0 };
         match on {

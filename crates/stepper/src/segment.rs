@@ -118,12 +118,12 @@ impl<const MOTORS: usize> Line<MOTORS> {
         })
     }
 
-    /// Steps that each motor takes.
+    /// Returns the steps that each motor takes.
     pub const fn steps(&self) -> &[u32; MOTORS] {
         &self.steps
     }
 
-    /// Steps of the dominant motor, 1 to [`MAX_STEP_EVENTS`].
+    /// Returns the steps of the dominant motor, 1 to [`MAX_STEP_EVENTS`].
     pub const fn step_events(&self) -> NonZeroU32 {
         self.step_events
     }
@@ -260,7 +260,7 @@ pub struct Segment<const MOTORS: usize> {
 }
 
 impl<const MOTORS: usize> Segment<MOTORS> {
-    /// Step events that end in this segment.
+    /// Returns the number of step events that end in this segment.
     pub fn step_events(&self) -> u32 {
         if self.ends_event {
             u32::from(self.ticks.get()) >> self.smoothing.level()
@@ -384,7 +384,7 @@ pub enum Smoothing {
 }
 
 impl Smoothing {
-    /// Base-2 logarithm of the ticks to a step, 0 to [`MAX_SMOOTHING_LEVEL`].
+    /// Returns the base-2 logarithm of the ticks to a step, 0 to [`MAX_SMOOTHING_LEVEL`].
     pub const fn level(self) -> u32 {
         self as u32
     }
@@ -411,7 +411,7 @@ impl Early {
     /// Not early: for step events in parts, in which each motor steps exactly when it is due.
     pub const NOT: Self = Self { bits: 0 };
 
-    /// Early by half a tick of `smoothing`.
+    /// Makes motors early by half a tick of `smoothing`.
     pub const fn half_a_tick(smoothing: Smoothing) -> Self {
         Self {
             bits: 1 << (MAX_SMOOTHING_LEVEL - smoothing.level()),

@@ -174,7 +174,7 @@ impl<const MOTORS: usize> Shared<MOTORS> {
         self.late_ticks.load(Ordering::Relaxed)
     }
 
-    /// Steps made by each motor since power-up, positive less negative. Any context.
+    /// Returns the steps made by each motor since power-up, positive less negative. Any context.
     ///
     /// While motors run, each number is right by itself, but a step may come between the reading of
     /// two of them.
