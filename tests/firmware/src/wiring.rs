@@ -1,4 +1,4 @@
-//! The devices on the pins of each board, as the wiring tables of `crates/board-f407/README.md`
+//! The devices on the pins of each board, as `crates/board-f407/README.md` and the makers' tables
 //! give them.
 use crate::pins::{CRYSTAL_HZ, DIRECTION, LIMIT, LINE, POWER, SPINDLE, STEP};
 use leadscrew_f407emu::{Pin, SerialLine, SerialPort};
