@@ -110,6 +110,8 @@ fn a_line_in_pieces_takes_the_time_of_the_line() {
         cases,
         failure_persistence: None,
         max_shrink_iters: 50,
+        // How many lines do not fit the queue grows with the cases.
+        max_global_rejects: cases.max(1024),
         ..ProptestConfig::default()
     };
     // The same lines in each run, except in campaigns.
