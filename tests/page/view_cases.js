@@ -16,6 +16,25 @@ const near = (found, wanted, by) => assert.ok(Math.abs(found - wanted) <= by, `$
 
 export const viewCases = [
   {
+    name: "light or dark is as the system is, then as a person chooses; the browser's own controls go along",
+    async run({page}) {
+      const seen = () => page.evaluate(() => [document.documentElement.dataset.theme, getComputedStyle(document.documentElement).colorScheme]);
+      const choose = page.getByRole("button", {name: "Change between light and dark"});
+      for (const scheme of /** @type {("dark" | "light")[]} */ (["dark", "light", "dark"])) {
+        await page.emulateMedia({colorScheme: scheme});
+        await page.waitForFunction((wanted) => document.documentElement.dataset.theme === wanted, scheme);
+        assert.deepEqual(await seen(), [scheme, scheme]);
+      }
+      await choose.click();
+      assert.deepEqual(await seen(), ["light", "light"]);
+      await page.emulateMedia({colorScheme: "light"});
+      await page.emulateMedia({colorScheme: "dark"});
+      assert.deepEqual(await seen(), ["light", "light"]);
+      await choose.click();
+      assert.deepEqual(await seen(), ["dark", "dark"]);
+    },
+  },
+  {
     name: "in inches ($13) readings, feed, jog and the picture are in inches, and the machine goes as far",
     machine: MACHINE,
     async run({page, shoot}) {

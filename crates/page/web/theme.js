@@ -6,20 +6,34 @@ import {by} from "dom";
 /** Under which name the browser keeps it. */
 const KEPT = "theme";
 
+/** What a person has chosen; `null` if none has. */
+function kept() {
+  try {
+    return localStorage.getItem(KEPT);
+  } catch {
+    // As the system is.
+    return null;
+  }
+}
+
 /** @param {() => void} changed */
 export function listenForTheme(changed) {
   const root = document.documentElement;
-  let kept = null;
-  try {
-    kept = localStorage.getItem(KEPT);
-  } catch {
-    // As the system is.
-  }
-  root.dataset.theme = kept ?? (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
+  const system = matchMedia("(prefers-color-scheme: dark)");
+  let chosen = kept();
+  const show = () => {
+    root.dataset.theme = chosen ?? (system.matches ? "dark" : "light");
+  };
+  show();
+  system.addEventListener("change", () => {
+    show();
+    changed();
+  });
   by("theme").addEventListener("click", () => {
-    root.dataset.theme = root.dataset.theme === "dark" ? "light" : "dark";
+    chosen = root.dataset.theme === "dark" ? "light" : "dark";
+    show();
     try {
-      localStorage.setItem(KEPT, root.dataset.theme);
+      localStorage.setItem(KEPT, chosen);
     } catch {
       // A page without storage forgets it.
     }
