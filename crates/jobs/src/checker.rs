@@ -6,6 +6,7 @@
 mod bends;
 mod carriage;
 mod doubts;
+mod finding;
 mod frame;
 mod known;
 mod measures;
@@ -17,27 +18,24 @@ pub use doubts::Doubt;
 pub use preamble::{Ask, RestError};
 pub(crate) use standing::names_motion;
 
-use crate::complaint::{Complaint, Fault};
+use crate::complaint::Complaint;
 use crate::machine::Machine;
-use crate::remark::{Done, Remark};
+use crate::remark::Done;
 use carriage::Carriage;
 use doubts::Habits;
+use finding::{refused, refused_by, Finding, LineFaultKind};
 use frame::{counts_from_here, is_in_machine_coordinates, Spans};
 use known::Probed;
-use leadscrew_gcode::Number;
-use leadscrew_machine::config::{AxisKind, AxisMask, MachineConfig};
+use leadscrew_machine::config::{AxisMask, MachineConfig};
 use leadscrew_machine::extension::{Call, Extension};
-use leadscrew_machine::home::Bounds;
 use leadscrew_machine::interpreter::{
     ArcShape, Command, Commands, Context, Extent, Fault as LineFault, Feed, Interpreter, OffsetId,
     Own as Codes, OwnCodes, Rotation, Spindle, Strokes, ToolTable, Travel, WorkSystem,
 };
-use leadscrew_machine::protocol::alarm::Alarm;
-use leadscrew_machine::protocol::line_reader::{raw_column, LineReader};
+use leadscrew_machine::protocol::line_reader::LineReader;
 use leadscrew_machine::protocol::realtime::{Byte, Sorter};
 use leadscrew_machine::settings::table::Setting;
 use leadscrew_machine::settings::values::Settings;
-use leadscrew_machine::soft_limits;
 use leadscrew_planner::Coordinate;
 use leadscrew_program::World;
 use leadscrew_sim::own::{extension, Own, OwnPins};
@@ -49,21 +47,6 @@ use system::State;
 
 /// M6, at which a machine with a tool change waits for its operator.
 const TOOL_CHANGE: u8 = 6;
-
-/// The finding about a line: a fault, with details if there are any.
-type Finding = Result<(), (LineFaultKind, Option<String>)>;
-
-/// A fault that the interpreter found, with its column in the filtered line, or a fault of the
-/// whole line.
-enum LineFaultKind {
-    Refused(LineFault),
-    OutOfTravel,
-    MayLeaveTravel,
-    CannotFit,
-    LeavesFrame,
-    TooLong,
-    Unanswered,
-}
 
 /// The way of a move to its target.
 enum Way<'a> {
@@ -505,102 +488,9 @@ impl<const AXES: usize> Checker<AXES> {
             }
         }
     }
-
-    /// Checks that the steps of a move can be counted. A move with too many steps is a fault.
-    fn check_length(&self, from: &[Coordinate; AXES], to: &[Coordinate; AXES]) -> Finding {
-        match self.measures.is_too_long(from, to) {
-            true => Err((LineFaultKind::TooLong, None)),
-            false => Ok(()),
-        }
-    }
-
-    /// Checks that a target lies within the travel: with soft limits, if `travel_counts`, and for
-    /// the axes that the program has homed.
-    fn check_travel(&self, target: &[Coordinate; AXES]) -> Finding {
-        if !self.settings.is_on(Setting::SoftLimits) && !self.travel_counts && self.homed == 0 {
-            return Ok(());
-        }
-        let ends = &self.measures.ends;
-        let target = self.judged(target, ends);
-        if soft_limits::allow(&target, ends, &self.config.axes) {
-            return Ok(());
-        }
-        Err((LineFaultKind::OutOfTravel, Some(self.beyond(&target, ends))))
-    }
-
-    /// The sentence that tells which axes would leave their travel, and by how much.
-    fn beyond(&self, target: &[Coordinate; AXES], ends: &[Bounds; AXES]) -> String {
-        let kinds = self.config.axes.iter();
-        let axes = self.letters.iter().zip(kinds).zip(target.iter().zip(ends));
-        let parts: Vec<String> = axes
-            .filter(|((_, kind), (at, ends))| {
-                **kind != AxisKind::Extruder && !(ends.low..=ends.high).contains(at)
-            })
-            .map(|((name, _), (at, ends))| {
-                format!(
-                    "{name} would be at {:.3} mm, its travel is {:.3} to {}",
-                    at.to_mm(),
-                    ends.low.to_mm(),
-                    Number::from_nanos(ends.high.nanos())
-                )
-            })
-            .collect();
-        parts.join("; ")
-    }
-
-    fn complaint(
-        &self,
-        line: u64,
-        raw: &[u8],
-        kind: &LineFaultKind,
-        detail: Option<String>,
-    ) -> Complaint {
-        let (fault, column) = match kind {
-            LineFaultKind::Refused(fault) => (
-                Fault::Error(fault.status),
-                Some(raw_column(raw, fault.column)),
-            ),
-            LineFaultKind::OutOfTravel if self.settings.is_on(Setting::SoftLimits) => {
-                (Fault::Alarm(Alarm::SoftLimit), None)
-            }
-            LineFaultKind::OutOfTravel
-                if self.homed != 0 && self.settings.is_on(Setting::HardLimits) =>
-            {
-                (Fault::Alarm(Alarm::HardLimit), None)
-            }
-            LineFaultKind::OutOfTravel | LineFaultKind::MayLeaveTravel => {
-                (Fault::Remark(Remark::OutsideTravel), None)
-            }
-            LineFaultKind::CannotFit => (Fault::CannotFit, None),
-            LineFaultKind::LeavesFrame => (Fault::LeavesFrame, None),
-            LineFaultKind::TooLong => (Fault::TooLong, None),
-            LineFaultKind::Unanswered => (Fault::Unanswered, None),
-        };
-        Complaint {
-            detail,
-            ..Complaint::new(&self.file, line, column, fault, raw)
-        }
-    }
 }
 
 /// X, Y and Z in mm.
 fn mm<const AXES: usize>(at: &[Coordinate; AXES]) -> [f64; 3] {
     std::array::from_fn(|axis| at.get(axis).map_or(0.0, |axis| axis.nanos() as f64 * 1e-9))
-}
-
-/// A line that the interpreter refuses; of an arc whose radii differ it says by how much.
-fn refused_by<const AXES: usize>(
-    interpreter: &Interpreter<AXES>,
-    fault: LineFault,
-) -> (LineFaultKind, Option<String>) {
-    let apart = interpreter.take_mismatch();
-    let detail = apart.map(|apart| {
-        let apart = Number::from_nanos(apart.nanos());
-        format!("the radii of the arc at its ends differ by {apart} mm")
-    });
-    (LineFaultKind::Refused(fault), detail)
-}
-
-fn refused(fault: LineFault) -> (LineFaultKind, Option<String>) {
-    (LineFaultKind::Refused(fault), None)
 }

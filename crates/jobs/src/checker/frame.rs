@@ -7,6 +7,7 @@ use leadscrew_gcode::Number;
 use leadscrew_machine::config::AxisKind;
 use leadscrew_machine::home::{self, Bounds};
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
+use leadscrew_machine::soft_limits;
 use leadscrew_planner::Coordinate;
 
 /// The way of each axis between its lowest and its highest target while one work zero is in force.
@@ -106,6 +107,40 @@ impl<const AXES: usize> Checker<AXES> {
         }
     }
 
+    /// Checks that a target lies within the travel: with soft limits, if `travel_counts`, and for
+    /// the axes that the program has homed.
+    pub(super) fn check_travel(&self, target: &[Coordinate; AXES]) -> Finding {
+        if !self.settings.is_on(Setting::SoftLimits) && !self.travel_counts && self.homed == 0 {
+            return Ok(());
+        }
+        let ends = &self.measures.ends;
+        let target = self.judged(target, ends);
+        if soft_limits::allow(&target, ends, &self.config.axes) {
+            return Ok(());
+        }
+        Err((LineFaultKind::OutOfTravel, Some(self.beyond(&target, ends))))
+    }
+
+    /// The sentence that tells which axes would leave their travel, and by how much.
+    fn beyond(&self, target: &[Coordinate; AXES], ends: &[Bounds; AXES]) -> String {
+        let kinds = self.config.axes.iter();
+        let axes = self.letters.iter().zip(kinds).zip(target.iter().zip(ends));
+        let parts: Vec<String> = axes
+            .filter(|((_, kind), (at, ends))| {
+                **kind != AxisKind::Extruder && !(ends.low..=ends.high).contains(at)
+            })
+            .map(|((name, _), (at, ends))| {
+                format!(
+                    "{name} would be at {:.3} mm, its travel is {:.3} to {}",
+                    at.to_mm(),
+                    ends.low.to_mm(),
+                    Number::from_nanos(ends.high.nanos())
+                )
+            })
+            .collect();
+        parts.join("; ")
+    }
+
     /// Notes a line in machine coordinates that leads onto a home switch: hard limits would stop
     /// the machine there.
     pub(super) fn see_switches(&mut self, line: &[u8]) {
@@ -162,24 +197,21 @@ impl<const AXES: usize> Checker<AXES> {
 
 /// Returns true if a line gives the present place other coordinates: G92, or G10 L20.
 pub(super) fn counts_from_here(line: &[u8]) -> bool {
-    let has = |word: &[u8]| {
-        let mut places = line.windows(word.len()).enumerate();
-        places.any(|(at, window)| {
-            let next = line.get(at + word.len());
-            window == word && !next.is_some_and(|b| b.is_ascii_digit() || *b == b'.')
-        })
-    };
+    let has = |code: &[u8; 3]| has(line, |word| word == code);
     has(b"G92") || has(b"G10") && has(b"L20")
 }
 
 /// Returns true if a line moves in machine coordinates (G53), or to a stored place (G28, G30).
 pub(super) fn is_in_machine_coordinates(line: &[u8]) -> bool {
-    let is_code = |window: &[u8]| matches!(window, b"G53" | b"G28" | b"G30");
-    let mut places = line.windows(3).enumerate();
-    places.any(|(at, window)| {
-        is_code(window)
-            && !line
-                .get(at + 3)
-                .is_some_and(|b| b.is_ascii_digit() || *b == b'.')
+    has(line, |word| matches!(word, b"G53" | b"G28" | b"G30"))
+}
+
+/// Returns true if a line has a word of a letter and two digits that `is_code`, and no more digits
+/// behind it.
+fn has(line: &[u8], is_code: impl Fn(&[u8]) -> bool) -> bool {
+    let mut words = line.windows(3).enumerate();
+    words.any(|(at, word)| {
+        let next = line.get(at + 3);
+        is_code(word) && !next.is_some_and(|byte| byte.is_ascii_digit() || *byte == b'.')
     })
 }

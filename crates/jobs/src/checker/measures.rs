@@ -1,7 +1,7 @@
-//! Lengths that follow from the settings. Each line needs them, and a division for each would take
-//! half of the time of a check.
+//! Lengths that follow from the settings. Each line needs them. Dividing anew for each line took 20
+//! to 30 % of the instructions of a check (`callgrind`, docs/benchmarks.md).
 
-use super::{mm, Checker};
+use super::{mm, Checker, Finding, LineFaultKind};
 use leadscrew_machine::home::{self, Bounds};
 use leadscrew_machine::settings::table::AxisSetting;
 use leadscrew_machine::settings::values::Settings;
@@ -40,7 +40,7 @@ impl<const AXES: usize> Measures<AXES> {
         }
     }
 
-    /// Returns true if a move has so many steps that they cannot be counted.
+    /// Returns true if a move has more steps than the stepper can count, [`MAX_STEP_EVENTS`].
     pub(super) fn is_too_long(&self, from: &[Coordinate; AXES], to: &[Coordinate; AXES]) -> bool {
         (0..AXES).any(|axis| {
             let (from, to, reach) = (from[axis], to[axis], self.reach[axis]);
@@ -57,6 +57,18 @@ impl<const AXES: usize> Measures<AXES> {
 }
 
 impl<const AXES: usize> Checker<AXES> {
+    /// Checks that the steps of a move can be counted. A move with too many steps is a fault.
+    pub(super) fn check_length(
+        &self,
+        from: &[Coordinate; AXES],
+        to: &[Coordinate; AXES],
+    ) -> Finding {
+        match self.measures.is_too_long(from, to) {
+            true => Err((LineFaultKind::TooLong, None)),
+            false => Ok(()),
+        }
+    }
+
     /// Takes over settings that have changed. The motors stay where they are, so the program's
     /// position changes with their steps/mm.
     pub(super) fn learn_settings(&mut self) {
