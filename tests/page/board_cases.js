@@ -5,7 +5,7 @@ import {execFileSync} from "node:child_process";
 import {mkdtempSync, readFileSync, rmSync, writeFileSync} from "node:fs";
 import {tmpdir} from "node:os";
 import {join} from "node:path";
-import {drop, isState, reads, say, text, violations} from "./steps.js";
+import {drop, isState, reads, say, text, violations, WINDOWS} from "./steps.js";
 import {Server, sleep} from "./server.js";
 import {RecordedBoard, Stand, TcpBoard} from "./stand.js";
 
@@ -397,7 +397,7 @@ export const boardCases = [
       assert.ok(await page.locator("#run").isDisabled());
     },
   },
-  ...[["light", {}], ["dark", {colorScheme: "dark"}], ["phone", {viewport: {width: 390, height: 844}, hasTouch: true, isMobile: true}]].map(([name, context]) => withMachine(
+  ...WINDOWS.slice(0, 3).map(([name, context]) => withMachine(
     `${name}: nothing that axe finds, in the dialogue and beside it`, async ({page, shoot}) => {
       await page.getByRole("button", {name: "Connect…"}).click();
       assert.deepEqual(await violations(page), []);

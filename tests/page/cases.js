@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import {readFileSync} from "node:fs";
 import {get} from "node:http";
-import {dropAndTime, drop, isState, number, reads, say, text, violations} from "./steps.js";
+import {dropAndTime, drop, isState, number, reads, say, text, violations, WINDOWS} from "./steps.js";
 import {PATIENCE, playback, sender, sleep} from "./server.js";
 
 const EXAMPLES = new URL("../../examples/", import.meta.url);
@@ -783,7 +783,7 @@ export const cases = [
       assert.ok(first < 60_000 && seen.cost < 100 && seen.states > 0.5, "far from what is promised");
     },
   },
-  ...[["light", {}], ["dark", {colorScheme: "dark"}], ["phone", {viewport: {width: 390, height: 844}, hasTouch: true, isMobile: true}], ["phone-dark", {viewport: {width: 360, height: 740}, colorScheme: "dark", isMobile: true, hasTouch: true}]].map(([name, context]) => ({
+  ...WINDOWS.map(([name, context]) => ({
     name: `${name}: nothing that axe finds, nothing wider than the window`,
     machine: HOMED,
     context,

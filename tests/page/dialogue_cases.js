@@ -1,29 +1,13 @@
 // Every dialogue by the keyboard alone, and in each kind of window: what axe finds, what is too small for a finger.
 
 import assert from "node:assert/strict";
-import {dropAndTime, isState, reads, text, violations} from "./steps.js";
+import {dropAndTime, isState, reads, text, violations, withProbe, WINDOWS} from "./steps.js";
 
-const MACHINE = `name = "keys"
-[axes.x]
-steps_per_mm = 80
-travel = 100
-rate_mm_min = 12000
-acceleration_mm_s2 = 2000
-[axes.y]
-steps_per_mm = 80
-travel = 80
-rate_mm_min = 12000
-acceleration_mm_s2 = 2000
-[axes.z]
-steps_per_mm = 400
-rate_mm_min = 6000
-acceleration_mm_s2 = 2000
-[probe]
-plate_height = -2
+const MACHINE = withProbe("keys", `plate_height = -2
 tip = 3
 x = { low = -5, high = 60 }
 y = { low = -5, high = 60 }
-`;
+`);
 const JOB = "G21 G90\nG0 X10 Y10 Z1\nG1 Z-0.1 F600\nG1 X30 Y30 F4800\nG1 X10\nG0 Z1\nX0 Y0\n";
 
 const focused = (page) => page.evaluate(() => document.activeElement?.id ?? "");
@@ -177,8 +161,7 @@ export const dialogueCases = [
       await reads(page, "^stopped by a reset at line \\d+$");
     },
   },
-  ...[["light", {}], ["dark", {colorScheme: "dark"}], ["phone", {viewport: {width: 390, height: 844}, hasTouch: true, isMobile: true}],
-    ["phone-dark", {viewport: {width: 360, height: 740}, colorScheme: "dark", hasTouch: true, isMobile: true}]].map(([name, context]) => ({
+  ...WINDOWS.map(([name, context]) => ({
     name: `${name}: in each dialogue nothing that axe finds, nothing too small or too wide`,
     only: "file",
     machine: `${MACHINE}[outputs]\ncount = 4\n`,

@@ -5,30 +5,14 @@ import {execFileSync} from "node:child_process";
 import {mkdtempSync, readFileSync, rmSync, writeFileSync} from "node:fs";
 import {tmpdir} from "node:os";
 import {join} from "node:path";
-import {dropAndTime, isState, reads, say, text, violations} from "./steps.js";
+import {dropAndTime, isState, reads, say, text, violations, withProbe} from "./steps.js";
 
 /** A plate that rises with X, falls with Y, and is bowed over its travel of 100 mm by 80 mm. */
-const PLATE = `name = "plate"
-[axes.x]
-steps_per_mm = 80
-travel = 100
-rate_mm_min = 12000
-acceleration_mm_s2 = 2000
-[axes.y]
-steps_per_mm = 80
-travel = 80
-rate_mm_min = 12000
-acceleration_mm_s2 = 2000
-[axes.z]
-steps_per_mm = 400
-rate_mm_min = 6000
-acceleration_mm_s2 = 2000
-[probe]
-plate_height = -2
+const PLATE = withProbe("plate", `plate_height = -2
 tilt_x = 0.01
 tilt_y = -0.015
 bow = 0.3
-`;
+`);
 
 /** Its height at a machine position, mm. */
 function plate(x, y) {

@@ -1,32 +1,16 @@
 // The probe at the sides of a block and in a hole; what is filled in in inches; outputs; a gamepad.
 
 import assert from "node:assert/strict";
-import {isState, say, text, violations} from "./steps.js";
+import {isState, say, text, violations, withProbe} from "./steps.js";
 import {sleep} from "./server.js";
 
 /** A block from X20 to X60 and from Y10 to Y50, 5 mm below the machine's zero, with a hole of 12 mm. Steps: 0.0125 mm, of Z 0.0025 mm. */
-const BLOCK = `name = "block"
-[axes.x]
-steps_per_mm = 80
-travel = 100
-rate_mm_min = 12000
-acceleration_mm_s2 = 2000
-[axes.y]
-steps_per_mm = 80
-travel = 80
-rate_mm_min = 12000
-acceleration_mm_s2 = 2000
-[axes.z]
-steps_per_mm = 400
-rate_mm_min = 6000
-acceleration_mm_s2 = 2000
-[probe]
-plate_height = -5
+const BLOCK = withProbe("block", `plate_height = -5
 x = { low = 20, high = 60 }
 y = { low = 10, high = 50 }
 hole = { x = 40, y = 30, diameter = 12 }
 tip = 3
-`;
+`);
 /** A step, and what the axis goes in the time of the input's filter. */
 const STEP = [0.0125 + 0.002, 0.0125 + 0.002, 0.0025 + 0.002];
 

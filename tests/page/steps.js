@@ -5,6 +5,31 @@ import {createRequire} from "node:module";
 
 const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 
+/** A machine with a probe, over 100 mm by 80 mm. Steps: 0.0125 mm, of Z 0.0025 mm. `probe`: what is under it. */
+export const withProbe = (name, probe) => `name = "${name}"
+[axes.x]
+steps_per_mm = 80
+travel = 100
+rate_mm_min = 12000
+acceleration_mm_s2 = 2000
+[axes.y]
+steps_per_mm = 80
+travel = 80
+rate_mm_min = 12000
+acceleration_mm_s2 = 2000
+[axes.z]
+steps_per_mm = 400
+rate_mm_min = 6000
+acceleration_mm_s2 = 2000
+[probe]
+${probe}`;
+
+/** The kinds of windows in which a page is seen. */
+export const WINDOWS = [
+  ["light", {}], ["dark", {colorScheme: "dark"}], ["phone", {viewport: {width: 390, height: 844}, hasTouch: true, isMobile: true}],
+  ["phone-dark", {viewport: {width: 360, height: 740}, colorScheme: "dark", hasTouch: true, isMobile: true}],
+];
+
 export const text = (page, selector) => page.locator(selector).textContent();
 
 export const number = async (page, selector) => Number.parseFloat(await text(page, selector));

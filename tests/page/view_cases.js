@@ -1,7 +1,7 @@
 // What is shown, and in which unit: inches, and the place of the tool at each time of a job.
 
 import assert from "node:assert/strict";
-import {dropAndTime, isState, reads, say, text, violations} from "./steps.js";
+import {dropAndTime, isState, reads, say, text, violations, WINDOWS} from "./steps.js";
 
 const MACHINE = `name = "view"
 [settings]
@@ -62,7 +62,7 @@ export const viewCases = [
       await page.waitForFunction(() => /56\.8 mm cut/.test(document.getElementById("job-facts").textContent));
     },
   },
-  ...[["light", {}], ["dark", {colorScheme: "dark"}], ["phone", {viewport: {width: 390, height: 844}, hasTouch: true, isMobile: true}]].map(([name, context]) => ({
+  ...WINDOWS.slice(0, 3).map(([name, context]) => ({
     name: `${name}: the slider goes along the time of a job: where the tool is then, at which line; the machine is shown again at Run`,
     only: name === "light" ? undefined : "file",
     machine: MACHINE,
