@@ -1,18 +1,18 @@
 //! A target becomes steps, then a move with its limits, and the move joins the queue.
 //!
 //! The move joins as the next pixel of a row, as the end of the last move, or by itself. It waits
-//! in the window until the turn at its start is known. The time of the moves that wait is kept up to
-//! date.
+//! in the window until the turn at its start is known.
 
+use super::one_move::{cap, nominal};
 use super::Planner;
-use crate::config::{Limits, SpeedUnit, PIXELS_A_SECOND, SLOWEST};
+use crate::config::SpeedUnit;
 use crate::moves::PlannedMove;
 use crate::path::junction::junction_v2;
 use crate::path::row::{is_gap, is_short, Row};
 use crate::path::short::Short;
 use crate::path::{Piece, Turn, When, PIECES};
-use crate::real::{max, min, norm2, sqrt, worst};
-use crate::{Config, Coordinate, CornerRule, Curve, Feed, Kinematics, Move, MoveKind, Overrides};
+use crate::real::{norm2, sqrt};
+use crate::{Coordinate, CornerRule, Curve, Feed, Kinematics, Move, Overrides};
 
 // Places of the axes and steps of the motors: the conversion of one to the other, and the end of
 // the queue.
@@ -75,120 +75,6 @@ where
         }
         ganged
     }
-}
-
-// One move by itself: its steps, its length, the limits along it, and its nominal speed.
-impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
-where
-    K: Kinematics<AXES, MOTORS>,
-{
-    /// Finds length and limits of the planned move for `of`, which has `events` steps of the
-    /// dominant motor. Returns its direction. `exact` returns the way that was asked for, mm;
-    /// without uneven axes nobody asks.
-    pub(super) fn plan(
-        &self,
-        planned: &mut PlannedMove<AXES, MOTORS>,
-        of: &Move<AXES>,
-        events: u32,
-        exact: impl FnOnce() -> Option<[f32; AXES]>,
-    ) -> [f32; AXES] {
-        let mut axes_mm = self.axes_mm(planned.delta);
-        let exact = if self.limits.is_uneven { exact() } else { None };
-        let is_coarse = exact.is_some_and(|exact| self.limits.straighten(&mut axes_mm, &exact));
-        let length = sqrt(norm2(&axes_mm));
-        let direction = axes_mm.map(|mm| mm / length);
-        if is_coarse {
-            let component = direction.get(self.limits.coarsest).copied();
-            planned.coarse = Limits::<AXES>::share(component.unwrap_or(0.0));
-        }
-        planned.length = length;
-        planned.acceleration = 1.0 / worst(&direction, &self.limits.per_acceleration);
-        planned.rate = self.rate(length, events, &direction);
-        if let Some(ease) = &self.limits.ease {
-            planned.acceleration = min(planned.acceleration, ease.acceleration);
-            planned.rate = min(planned.rate, ease.rate());
-        }
-        planned.feed = match of.feed {
-            Feed::Rapid => planned.rate,
-            Feed::PerMinute(speed) => speed,
-            Feed::InverseTime(per_second) => per_second * length,
-        };
-        direction
-    }
-
-    /// Returns how far each axis goes in the running move, mm; `None` if there is none.
-    pub fn running_ways(&self) -> Option<[f32; AXES]> {
-        let running = self.queue.running()?;
-        Some(self.axes_mm(running.delta))
-    }
-
-    /// Returns how far each axis goes if the motors make `delta` steps, mm.
-    fn axes_mm(&self, delta: [i32; MOTORS]) -> [f32; AXES] {
-        let mut motors_mm = [0.0; MOTORS];
-        let scales = delta.into_iter().zip(self.scales.mm_per_step);
-        for (mm, (steps, mm_per_step)) in motors_mm.iter_mut().zip(scales) {
-            *mm = steps as f32 * mm_per_step;
-        }
-        self.kinematics.axes_mm(&motors_mm)
-    }
-
-    /// The highest speed of a move, mm/s, by the rates of the axes and the step rate of the board.
-    /// The move has `events` steps of the dominant motor on `length` mm.
-    fn rate(&self, length: f32, events: u32, direction: &[f32; AXES]) -> f32 {
-        min(
-            1.0 / worst(direction, &self.limits.per_rate),
-            self.limits.step_rate * (length / events as f32),
-        )
-    }
-
-    /// The nominal speed of a move at the overrides in force, mm/s.
-    pub(crate) fn nominal(&self, planned: &PlannedMove<AXES, MOTORS>) -> f32 {
-        nominal(self.overrides, planned)
-    }
-
-    /// The speed at which the running move is to cruise, mm/s: its nominal speed. For a row it is
-    /// also low enough that the pixels can be prepared in time.
-    pub(crate) fn running_nominal(&self) -> f32 {
-        self.queue.running().map_or(SLOWEST, |planned| {
-            let nominal = self.nominal(planned);
-            if planned.pixels == 0 {
-                return nominal;
-            }
-            let pixel = planned.length / f32::from(planned.pixels);
-            max(min(nominal, pixel * PIXELS_A_SECOND), SLOWEST)
-        })
-    }
-}
-
-/// The nominal speed of a move, mm/s: the speed asked for, changed by the override and bounded by
-/// the rates of the axes.
-pub(crate) fn nominal<const AXES: usize, const MOTORS: usize>(
-    overrides: Overrides,
-    planned: &PlannedMove<AXES, MOTORS>,
-) -> f32 {
-    let percent = match planned.kind {
-        MoveKind::Rapid => overrides.rapid,
-        MoveKind::Feed => overrides.feed,
-        MoveKind::Jog | MoveKind::System => 100,
-    };
-    let asked = if percent == 100 {
-        planned.feed
-    } else {
-        planned.feed * f32::from(percent) * 0.01
-    };
-    let fastest = if planned.has_gaps {
-        planned.rate * f32::from(overrides.rapid) * 0.01
-    } else {
-        planned.rate
-    };
-    max(min(fastest, asked), SLOWEST)
-}
-
-/// The limit of the squared speed at the start of a move, units: by its `corner` (squared speed,
-/// units), by its `nominal` speed and by the nominal speed of the move `before` it (mm/s).
-pub(super) fn cap(unit: SpeedUnit, before: Option<f32>, nominal: f32, corner: u32) -> u32 {
-    let slower = before.map_or(nominal, |before| min(nominal, before));
-    corner.min(unit.units(slower * slower))
 }
 
 // The move joins the queue. A piece of a few steps becomes part of the last queued move (see
@@ -532,82 +418,4 @@ fn begin<const AXES: usize, const MOTORS: usize>(
     let nominal = nominal(overrides, of);
     of.cap = cap(unit, before, nominal, of.corner);
     nominal
-}
-
-/// The sum of the least times of the moves that wait, kept up to date as moves come and go. The
-/// machine asks for more moves while this sum is small.
-#[derive(Debug)]
-pub(super) struct Backlog {
-    micros: u64,
-    /// The highest speed that any path can have, mm/s.
-    fastest: f32,
-}
-
-impl Backlog {
-    /// Makes it with nothing that waits.
-    pub(super) fn new<const AXES: usize>(config: &Config<AXES>) -> Self {
-        Self {
-            micros: 0,
-            fastest: sqrt(norm2(&config.max_rate)),
-        }
-    }
-
-    /// Replaces the time of one move (µs) by the time of another. `None` stands for no move.
-    fn replace(&mut self, old: Option<u32>, new: Option<u32>) {
-        self.micros += u64::from(new.unwrap_or(0));
-        self.micros = self.micros.saturating_sub(old.unwrap_or(0).into());
-    }
-
-    /// The least time of a move at 100 %, µs. It uses only values that do not change while the move
-    /// waits.
-    pub(super) fn micros<const AXES: usize, const MOTORS: usize>(
-        &self,
-        planned: &PlannedMove<AXES, MOTORS>,
-    ) -> u32 {
-        let speed = max(min(planned.feed, self.fastest), SLOWEST);
-        (planned.length / speed * 1e6) as u32
-    }
-}
-
-impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
-where
-    K: Kinematics<AXES, MOTORS>,
-{
-    /// Returns the least time of the moves that wait after the running one, µs, at 100 % of the
-    /// speed asked for.
-    pub const fn waiting_micros(&self) -> u64 {
-        self.backlog.micros
-    }
-
-    /// Returns the line number of the first move that waits.
-    pub fn next_line_number(&self) -> Option<u32> {
-        self.queue.next_queued()?.line_number()
-    }
-
-    /// Queues a move. The caller has checked that there is room.
-    pub(super) fn queue_newest(&mut self, planned: &PlannedMove<AXES, MOTORS>) {
-        self.backlog
-            .replace(None, Some(self.backlog.micros(planned)));
-        self.queue.push(planned);
-    }
-
-    /// Makes the newest move longer.
-    pub(super) fn lengthen_newest(
-        &mut self,
-        lengthen: impl FnOnce(&mut PlannedMove<AXES, MOTORS>),
-    ) {
-        if let Some(newest) = self.queue.lengthen_last() {
-            let shorter = self.backlog.micros(newest);
-            lengthen(newest);
-            let longer = self.backlog.micros(newest);
-            self.backlog.replace(Some(shorter), Some(longer));
-        }
-    }
-
-    /// Notes that a move does not wait any more.
-    pub(super) fn note_started(&mut self) {
-        let started = self.queue.running();
-        let micros = started.map(|started| self.backlog.micros(started));
-        self.backlog.replace(micros, None);
-    }
 }

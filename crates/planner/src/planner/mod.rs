@@ -1,11 +1,13 @@
 //! Queues moves as planned moves: steps, limits along the move, corners.
 
 mod append;
+mod backlog;
+mod one_move;
 mod overrides;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use append::nominal;
+pub(crate) use one_move::nominal;
 
 use crate::ahead::lookahead::LookAhead;
 use crate::ahead::queue::{PixelQueue, Room};
@@ -19,7 +21,7 @@ use crate::path::Window;
 use crate::real::{min, sqrt};
 use crate::space::axis_limits::{AxisLimits, Course, Whereabouts};
 use crate::{Config, ConfigError, Coordinate, Kinematics, Move, MoveError, Overrides};
-use append::Backlog;
+use backlog::Backlog;
 use core::fmt;
 use leadscrew_stepper::{Line, LineError};
 

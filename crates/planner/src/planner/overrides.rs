@@ -1,6 +1,6 @@
 //! Changes of overrides, carried through the queue a few moves at a time.
 
-use super::append::{cap, nominal};
+use super::one_move::{cap, nominal};
 use super::Planner;
 use crate::{Kinematics, OverrideError, Overrides};
 
