@@ -50,11 +50,7 @@ where
             return self.start_loader(id, board, now);
         }
         let result = match SystemCommand::parse(line, &self.circumstances()) {
-            // A setting of the job's own line has waited until here.
-            Ok(command)
-                if self.is_about_to_move()
-                    && (command.needs_rest() || matches!(command, SystemCommand::Set { .. })) =>
-            {
+            Ok(command) if command.needs_rest() && self.is_about_to_move() => {
                 Err(Status::NotIdle.into())
             }
             Ok(command) => self

@@ -166,7 +166,7 @@ impl<'a> SystemCommand<'a> {
     }
 
     /// Returns true if the command is refused as soon as a move is planned, even before the move
-    /// begins.
+    /// begins. A setting on the job's own line waits for the end of motion instead.
     pub fn needs_rest(&self) -> bool {
         match self {
             Self::StoreBuild(_)
@@ -174,9 +174,9 @@ impl<'a> SystemCommand<'a> {
             | Self::Home(_)
             | Self::Jog(_)
             | Self::Sleep
+            | Self::Set { .. }
             | Self::Restore(_) => true,
-            Self::Set { .. }
-            | Self::Help
+            Self::Help
             | Self::ShowSettings
             | Self::ShowAllSettings
             | Self::ShowSetting(_)
