@@ -10,7 +10,8 @@ const LONGEST: f64 = 65_535.0 * 8.0 / 16e6;
 /// Adds up how much sooner Grbl's timer makes the steps of a job than they are asked for.
 #[derive(Debug, Default)]
 pub(crate) struct GrblTimer {
-    /// The time at which the segment under way was taken, and the number of steps that end in it.
+    /// The cycle at which the stepper took its present segment, and the number of steps that end in
+    /// this segment; `None` at rest.
     under_way: Option<(Cycle, u32)>,
     /// The time since the last end of a step, s.
     since: f64,

@@ -92,8 +92,8 @@ fn told(settings: &[&str], lines: &[(String, bool)]) -> Vec<Vec<String>> {
     asked.into_iter().map(of).collect()
 }
 
-/// The offsets in force before a job: nothing, or zeros that it does not set itself. The start is
-/// that of a job that counts from there: machine position 0.
+/// The offsets in force before a job: nothing, or zeros that it does not set itself. `start` is the
+/// work position at machine position 0, at which the job begins.
 #[derive(Clone, Copy)]
 struct Before {
     lines: &'static [&'static str],

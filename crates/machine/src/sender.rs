@@ -107,8 +107,8 @@ where
         }
     }
 
-    /// Returns true if a laser is lit at rest with nothing under way that would end that: no
-    /// motion, no dwell, no startup line.
+    /// Returns true if a laser is lit while the machine rests, and no dwell and no startup line is
+    /// being carried out: then only the sender can put the laser out.
     pub(crate) fn is_lit_at_rest(&self) -> bool {
         self.state == State::Idle
             && self.tool.spindle.is_laser()

@@ -115,7 +115,7 @@ fn is_distance(mm: f32) -> bool {
     (0.0..=MOST).contains(&mm)
 }
 
-/// Returns true if the kinds of axes are those of a machine: see [`AxisKind`].
+/// Returns true if a machine can have axes of these kinds in this order. [`AxisKind`] has the rules.
 fn are_axes<const AXES: usize>(axes: &[AxisKind; AXES]) -> bool {
     let further = |kind: &AxisKind| matches!(kind, AxisKind::Extruder | AxisKind::Absent);
     let count = axes.iter().filter(|kind| **kind == AxisKind::Extruder);

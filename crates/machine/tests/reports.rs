@@ -1,4 +1,4 @@
-//! The additions of `$10` to status reports: the line under way and the time to finish. Without it,
+//! `$10` adds the line of the running move and the remaining time to status reports. Without it,
 //! reports are Grbl's.
 
 use crate::bench::{Memory, Session};

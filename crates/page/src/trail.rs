@@ -55,8 +55,8 @@ impl Trail {
         self.first
     }
 
-    /// Returns how many moves a carriage at `position` (mm) has finished; and the line of the move
-    /// under way, 0 for none.
+    /// Returns the number of moves that a carriage at `position` (mm) has finished, and the line of
+    /// the move that it makes now; 0 if it makes none.
     pub fn progress(&mut self, position: [f32; 3]) -> (u32, u32) {
         while self.done < self.joined && self.is_passed(self.done, position) {
             self.done += 1;

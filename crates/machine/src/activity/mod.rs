@@ -37,7 +37,7 @@ pub(crate) struct Activity<const AXES: usize> {
 }
 
 impl<const AXES: usize> Activity<AXES> {
-    /// Begins with nothing under way.
+    /// Makes the activity of a machine that carries out no line, no homing, no door and no aside.
     pub(crate) const fn new() -> Self {
         Self {
             line: Executor::new(),

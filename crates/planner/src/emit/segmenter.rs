@@ -163,7 +163,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         self.mode == Mode::Held
     }
 
-    /// Returns true if no move is under way. (More may be queued.)
+    /// Returns true if the segmenter makes segments of no move. Moves may wait in the queue.
     pub fn is_idle(&self) -> bool {
         self.running().is_none()
     }

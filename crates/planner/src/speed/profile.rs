@@ -77,7 +77,7 @@ impl Profile {
         }
     }
 
-    /// Returns true if the step under way is not known to its end.
+    /// Returns true if the plan does not reach the end of the step at `here` yet.
     pub(crate) fn is_open(&self, here: Place) -> bool {
         matches!(self, Self::Mean(of) if of.end() <= here.step())
     }

@@ -166,7 +166,8 @@ impl<const AXES: usize> Executor<AXES> {
         self.origin.is_some()
     }
 
-    /// Drops the line under way; returns the origin to which its answer goes.
+    /// Forgets the line that is being carried out. Returns the origin of this line, which gets the
+    /// answer.
     pub(crate) fn finish(&mut self) -> Option<Origin> {
         self.wait = Wait::Nothing;
         self.origin.take()
@@ -202,9 +203,9 @@ impl<const AXES: usize> Executor<AXES> {
         matches!(self.wait, Wait::Stored { then_restart: true })
     }
 
-    /// Returns true if the line under way would go on at once. `resting`: motion rests; `room`: the
-    /// planner has room. A line that waits for the store wants the next poll at once, since the
-    /// store is written between two polls.
+    /// Returns true if the machine can carry out the next part of its line now. `resting`: motion
+    /// rests; `room`: the planner has room. A line that waits for the store wants the next poll at
+    /// once, since the board writes the store between two polls.
     pub(crate) fn can_advance(&self, resting: bool, room: impl FnOnce() -> bool) -> bool {
         self.is_busy()
             && match self.wait {
@@ -257,8 +258,8 @@ impl<const AXES: usize> Executor<AXES> {
         self.wait = Wait::Own(wait);
     }
 
-    /// Returns true if the command under way has begun: then the extension's gate is not asked
-    /// again.
+    /// Returns true if the line's present command has begun. The machine asks the extension's gate
+    /// before that, and not again.
     pub(crate) fn has_passed(&self) -> bool {
         !matches!(self.wait, Wait::Nothing | Wait::Own(OwnWait::Gate))
     }

@@ -68,8 +68,8 @@ where
         }
     }
 
-    /// Returns true if the line under way waits for [`Machine::save`]. A machine without a store
-    /// waits for nothing.
+    /// Returns true if the line that is being carried out waits for [`Machine::save`]. A machine
+    /// without a store never waits for it.
     fn is_storing(&self) -> bool {
         self.activity.line.is_storing() && self.has_unsaved()
     }
