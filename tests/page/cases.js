@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import {readFileSync} from "node:fs";
 import {get} from "node:http";
 import {dropAndTime, drop, isState, number, reads, say, text, violations, WINDOWS} from "./steps.js";
-import {PATIENCE, playback, sender, sleep} from "./server.js";
+import {playback, sender, sleep} from "./server.js";
 
 const EXAMPLES = new URL("../../examples/", import.meta.url);
 
@@ -629,8 +629,6 @@ export const cases = [
       if (owner.home) {
         await page.getByRole("button", {name: "Home", exact: true}).click();
         await isState(page, "Home");
-        // A busy computer slows the machine down.
-        for (let tries = 0; tries < 10 && /^Home/.test(await text(page, "#state")); tries++) await sleep(PATIENCE / 4);
         await isState(page, "Idle");
         await page.getByRole("button", {name: "Zero XY"}).click();
         await isZero(page, "X", "Y");

@@ -5,7 +5,7 @@
 // LEADSCREW names the program, CHROMIUM the browser, PAGE the page without a server (`cargo xtask page`).
 //
 // A case is tried on a page of a server, and on the page that is opened from its file: nobody may notice a difference. One with
-// `only` is tried on that page alone.
+// `only` is tried on that page alone. Most of a case is waiting for a machine, so several are tried at the same time.
 
 import {mkdirSync} from "node:fs";
 import {join} from "node:path";
@@ -19,7 +19,7 @@ import {plateCases} from "./plate_cases.js";
 import {probeCases} from "./probe_cases.js";
 import {viewCases} from "./view_cases.js";
 import {drop} from "./steps.js";
-import {PATIENCE, Server, sleep} from "./server.js";
+import {PATIENCE, Server} from "./server.js";
 
 const args = process.argv.slice(2);
 const at = args.indexOf("--screenshots");
@@ -30,12 +30,31 @@ const browser = await chromium.launch({
   executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium-headless-shell",
   args: ["--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--in-process-gpu"],
 });
-/** Waits until a test passes on a page. Not at its frames, as playwright does: there are none where nothing moves. */
+/** How many cases are tried at the same time. */
+const AT_ONCE = 3;
+
+/**
+ * Waits until a test passes on a page. It is tried at each change of the document, so that nothing is missed that is shown for a
+ * moment only, and every 50 ms. Not at the page's frames, as playwright does: there are none when nothing moves.
+ */
 async function seen(page, test, argument) {
-  for (const until = Date.now() + PATIENCE; Date.now() < until; await sleep(50)) {
-    if (await page.evaluate(test, argument)) return;
-  }
-  throw new Error(`never seen: ${test} ${argument ?? ""}`);
+  const passes = await page.evaluate(`new Promise((resolve) => {
+    const end = (passes) => {
+      clearInterval(timer);
+      observer.disconnect();
+      resolve(passes);
+    };
+    const until = performance.now() + ${PATIENCE};
+    const attempt = () => {
+      if ((${test})(${JSON.stringify(argument)})) end(true);
+      else if (performance.now() > until) end(false);
+    };
+    const timer = setInterval(attempt, 50);
+    const observer = new MutationObserver(attempt);
+    observer.observe(document, {subtree: true, childList: true, characterData: true, attributes: true});
+    attempt();
+  })`);
+  if (!passes) throw new Error(`never seen: ${test} ${argument ?? ""}`);
 }
 
 /** A page of `leadscrew serve`. */
@@ -58,7 +77,7 @@ async function opened(one, page) {
 
 let failed = 0;
 
-async function attempt(one, way, open) {
+async function attempt({one, way, open}) {
   const context = await browser.newContext({viewport: {width: 1440, height: 900}, ...one.context});
   const page = await context.newPage();
   const errors = [];
@@ -86,9 +105,13 @@ async function attempt(one, way, open) {
   await server?.end();
 }
 
-for (const one of [...cases, ...boardCases, ...faultCases, ...plateCases, ...probeCases, ...dialogueCases, ...viewCases].filter(({name}) => args.length === 0 || args.some((wanted) => name.includes(wanted)))) {
-  if (one.only !== "file") await attempt(one, "server", served);
-  if (one.only !== "server") await attempt(one, "file", opened);
-}
+const wanted = [...cases, ...boardCases, ...faultCases, ...plateCases, ...probeCases, ...dialogueCases, ...viewCases]
+  .filter(({name}) => args.length === 0 || args.some((wanted) => name.includes(wanted)));
+// What a case keeps between its steps is its own on each page.
+const attempts = wanted.flatMap((one) => [["server", served], ["file", opened]]
+  .filter(([way]) => (one.only ?? way) === way).map(([way, open]) => ({one: Object.create(one), way, open})));
+await Promise.all(Array.from({length: AT_ONCE}, async () => {
+  for (let next = attempts.shift(); next; next = attempts.shift()) await attempt(next);
+}));
 await browser.close();
 process.exit(failed ? 1 : 0);

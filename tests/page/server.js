@@ -7,8 +7,8 @@ import {tmpdir} from "node:os";
 import {join} from "node:path";
 import {pathToFileURL} from "node:url";
 
-/** How long anything may take, ms. */
-export const PATIENCE = 20_000;
+/** How long anything may take, ms: on a busy computer. */
+export const PATIENCE = 60_000;
 
 /** A running `leadscrew serve`. */
 export class Server {
