@@ -146,52 +146,39 @@ impl Art {
     }
 }
 
-/// Cached lines, with the time of the last use of each.
+/// Cached lines, the one used last first.
 #[derive(Clone, Debug)]
 struct Lines<const COUNT: usize> {
-    line: [u32; COUNT],
-    used: [u64; COUNT],
+    lines: [u32; COUNT],
     /// From the first to the last line that was erased since the cache was empty.
     erased: Option<Range<u32>>,
     /// One of them was read.
     stale_use: bool,
-    clock: u64,
 }
 
 impl<const COUNT: usize> Lines<COUNT> {
     fn new() -> Self {
         Lines {
-            line: [NONE; COUNT],
-            used: [0; COUNT],
+            lines: [NONE; COUNT],
             erased: None,
             stale_use: false,
-            clock: 0,
         }
     }
 
     /// Returns true if the cache held a line. If not, the line replaces the least recently used
     /// one.
     fn touch(&mut self, line: u32) -> bool {
-        self.clock += 1;
-        let held = self.line.iter().position(|&held| held == line);
-        let place = held.unwrap_or_else(|| self.oldest());
-        self.line[place] = line;
-        self.stale_use |= self
-            .erased
-            .as_ref()
-            .is_some_and(|lines| lines.contains(&line));
-        self.used[place] = self.clock;
+        let held = self.lines.iter().position(|&held| held == line);
+        self.lines.copy_within(..held.unwrap_or(COUNT - 1), 1);
+        self.lines[0] = line;
+        let erased = self.erased.as_ref();
+        self.stale_use |= erased.is_some_and(|lines| lines.contains(&line));
         held.is_some()
     }
 
     fn erase(&mut self, lines: &Range<u32>) {
         let before = self.erased.as_ref().unwrap_or(lines);
         self.erased = Some(before.start.min(lines.start)..before.end.max(lines.end));
-    }
-
-    fn oldest(&self) -> usize {
-        let by_use = |&place: &usize| self.used[place];
-        (0..COUNT).min_by_key(by_use).unwrap_or(0)
     }
 }
 
