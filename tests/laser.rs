@@ -408,7 +408,7 @@ fn burnt_between(powers: &[(Cycle, Power)], from: Cycle, until: Cycle) -> f64 {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(ProptestConfig::with_cases(ProptestConfig::default().cases / 10))]
 
     /// Checks the energy, duty times interval, of every step at the pins. The planner's own tests
     /// check more.

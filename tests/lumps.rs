@@ -85,7 +85,7 @@ fn job(name: &str, lines: usize) -> String {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(ProptestConfig::with_cases(ProptestConfig::default().cases / 10))]
 
     #[test]
     fn lumps_of_lines_never_let_segments_run_out(

@@ -208,7 +208,7 @@ fn outline() -> impl Strategy<Value = Outline> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(ProptestConfig::with_cases(ProptestConfig::default().cases / 4))]
 
     #[test]
     fn corners_of_short_pieces_keep_the_acceleration_and_the_jumps_that_deviation_allows(

@@ -254,8 +254,6 @@ fn line() -> impl Strategy<Value = Line> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(256))]
-
     #[test]
     fn a_program_ends_where_exact_arithmetic_says(lines in prop::collection::vec(line(), 1..30)) {
         let reference = Reference::of(&lines);

@@ -257,7 +257,7 @@ fn line() -> impl Strategy<Value = String> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(ProptestConfig::with_cases(ProptestConfig::default().cases / 10))]
 
     /// Nine decimals are finer than a CPU cycle, and a tick of the step timer has two cycles.
     #[test]

@@ -361,7 +361,7 @@ fn board() -> impl Strategy<Value = String> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(100))]
+    #![proptest_config(ProptestConfig::with_cases(ProptestConfig::default().cases / 3))]
     #[test]
     fn no_exchange_of_two_legs_saves_time(board in board(), pecks in any::<bool>()) {
         let peck = pecks.then(|| mm("0.9"));

@@ -8,10 +8,10 @@
 
 use crate::edges_tests::{Edges, WINDOWS};
 use crate::limits_tests::Cut;
-use crate::reference::{to, Rig, RigQueue};
+use crate::reference::{runner, to, Rig, RigQueue};
 use crate::{Config, StepsPerMm, NANOS_PER_MM};
 use proptest::prelude::*;
-use proptest::test_runner::{TestCaseError, TestRng, TestRunner};
+use proptest::test_runner::TestCaseError;
 use std::cell::Cell;
 use std::vec::Vec;
 use std::{format, println};
@@ -132,16 +132,8 @@ impl Lead {
 }
 
 fn campaign(leads: impl Strategy<Value = Lead>) {
-    let config = ProptestConfig {
-        cases: 100,
-        failure_persistence: None,
-        max_shrink_iters: 50,
-        ..ProptestConfig::default()
-    };
-    let rng = TestRng::deterministic_rng(config.rng_algorithm);
-    let mut runner = TestRunner::new_with_rng(config, rng);
     let worst = Cell::new(0.0f64);
-    let result = runner.run(&leads, |lead| {
+    let result = runner(100).run(&leads, |lead| {
         let share = lead.worst();
         worst.set(worst.get().max(share));
         if share > MOST {

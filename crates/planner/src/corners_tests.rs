@@ -14,10 +14,10 @@
 
 use crate::edges_tests::{Edges, WINDOWS};
 use crate::limits_tests::{corner_v2, Cut, Leg};
-use crate::reference::to;
+use crate::reference::{runner, to};
 use crate::{Config, CornerRule, StepsPerMm, NANOS_PER_MM};
 use proptest::prelude::*;
-use proptest::test_runner::{TestCaseError, TestRng, TestRunner};
+use proptest::test_runner::TestCaseError;
 use std::vec::Vec;
 use std::{format, println, string::String, vec};
 
@@ -130,16 +130,8 @@ impl Program {
 }
 
 fn campaign(cases: u32, plant: impl Fn(&mut Config<2>)) -> Result<f64, String> {
-    let config = ProptestConfig {
-        cases,
-        failure_persistence: None,
-        max_shrink_iters: 50,
-        ..ProptestConfig::default()
-    };
-    let rng = TestRng::deterministic_rng(config.rng_algorithm);
-    let mut runner = TestRunner::new_with_rng(config, rng);
     let worst = core::cell::Cell::new(0.0f64);
-    let result = runner.run(&program(), |program| {
+    let result = runner(cases).run(&program(), |program| {
         let mut settings = program.config;
         plant(&mut settings);
         let share = program.worst(settings);

@@ -1,16 +1,16 @@
 //! A line that CAM cut into pieces of 0.01 mm, rounded to 3 decimals, takes hardly longer than the
 //! line in one move.
 //!
-//! As a campaign: `PROPTEST_CASES=2000 cargo test --release -p leadscrew-planner cut_line --
-//! --nocapture`.
+//! As a campaign of 2000 lines: `PROPTEST_CASES=12800 cargo test --release -p leadscrew-planner
+//! cut_line -- --nocapture`.
 
-use crate::reference::{to, Rig, RigQueue};
+use crate::reference::{runner, to, Rig, RigQueue};
 use crate::{Config, Move, StepsPerMm, NANOS_PER_MM};
 use proptest::prelude::*;
-use proptest::test_runner::{TestCaseError, TestRng, TestRunner};
+use proptest::test_runner::TestCaseError;
 use std::cell::Cell;
 use std::vec::Vec;
-use std::{env, format, println};
+use std::{format, println};
 
 /// Length of the line and of a piece, mm.
 const LENGTH: f64 = 60.0;
@@ -104,25 +104,8 @@ impl Line {
 
 #[test]
 fn a_line_in_pieces_takes_the_time_of_the_line() {
-    let asked = env::var("PROPTEST_CASES").ok();
-    let cases = asked.and_then(|cases| cases.parse().ok()).unwrap_or(40);
-    let config = ProptestConfig {
-        cases,
-        failure_persistence: None,
-        max_shrink_iters: 50,
-        // How many lines do not fit the queue grows with the cases.
-        max_global_rejects: cases.max(1024),
-        ..ProptestConfig::default()
-    };
-    // The same lines in each run, except in campaigns.
-    let mut runner = if cases > 1000 {
-        TestRunner::new(config)
-    } else {
-        let rng = TestRng::deterministic_rng(config.rng_algorithm);
-        TestRunner::new_with_rng(config, rng)
-    };
     let worst = SCALES.map(|_| Cell::new(0.0f64));
-    let result = runner.run(&line(), |line| {
+    let result = runner(40).run(&line(), |line| {
         prop_assume!(line.fits_the_queue());
         let share = line.share();
         let scale = SCALES.iter().position(|scale| *scale == line.steps_per_mm);
@@ -133,6 +116,6 @@ fn a_line_in_pieces_takes_the_time_of_the_line() {
         }
         Ok(())
     });
-    println!("{cases} lines in pieces, at {SCALES:?} steps/mm: at most {worst:?} of their time");
+    println!("lines in pieces, at {SCALES:?} steps/mm: at most {worst:?} of their time");
     result.unwrap_or_else(|error| panic!("{error}"));
 }

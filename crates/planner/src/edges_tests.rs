@@ -7,10 +7,10 @@
 //! with a corner in them are left out (`corners_tests` checks corners).
 
 use crate::limits_tests::{program, Cut, Program};
-use crate::reference::{Rig, RigQueue};
+use crate::reference::{runner, Rig, RigQueue};
 use crate::{Config, CornerRule};
 use proptest::prelude::*;
-use proptest::test_runner::{TestCaseError, TestRng, TestRunner};
+use proptest::test_runner::TestCaseError;
 use std::vec::Vec;
 use std::{format, println, string::String};
 
@@ -166,21 +166,8 @@ pub(crate) fn second_differences<const MOTORS: usize>(
 }
 
 fn campaign(cases: u32, plant: impl Fn(&mut Config<2>)) -> Result<f64, String> {
-    let config = ProptestConfig {
-        cases,
-        failure_persistence: None,
-        max_shrink_iters: 50,
-        ..ProptestConfig::default()
-    };
-    // The same programs in each run, except in campaigns.
-    let mut runner = if cases > 1000 {
-        TestRunner::new(config)
-    } else {
-        let rng = TestRng::deterministic_rng(config.rng_algorithm);
-        TestRunner::new_with_rng(config, rng)
-    };
     let worst = core::cell::Cell::new(0.0f64);
-    let result = runner.run(&program(), |program| {
+    let result = runner(cases).run(&program(), |program| {
         // With steps finer than 0.0025 mm, four of them are less than a chord strays from its arc.
         prop_assume!(program.steps_per_mm.iter().all(|steps| *steps <= 400));
         let mut settings = Config {

@@ -6,6 +6,7 @@ use crate::{
 };
 use leadscrew_stepper::{OutputChange, Progress, Segment, Stepper, Tick};
 use proptest::prelude::ProptestConfig;
+use proptest::test_runner::{TestRng, TestRunner};
 use std::boxed::Box;
 use std::vec::Vec;
 
@@ -13,6 +14,24 @@ use std::vec::Vec;
 pub(crate) fn times(cases: u32) -> ProptestConfig {
     let times = ProptestConfig::default().cases / 256;
     ProptestConfig::with_cases(cases * times.max(1))
+}
+
+/// Runs a property on a number of cases, the same ones each time. In a campaign, with
+/// `PROPTEST_CASES`, on as many times more as [`times`] says, and on new ones.
+pub(crate) fn runner(cases: u32) -> TestRunner {
+    let scaled = times(cases);
+    let config = ProptestConfig {
+        failure_persistence: None,
+        max_shrink_iters: 50,
+        // How many do not suit the property grows with the cases.
+        max_global_rejects: scaled.cases.max(1024),
+        ..scaled
+    };
+    if config.cases > cases {
+        return TestRunner::new(config);
+    }
+    let rng = TestRng::deterministic_rng(config.rng_algorithm);
+    TestRunner::new_with_rng(config, rng)
 }
 
 /// The time of each position of a [`Trapezoid`], from its parameters, in `f64`.

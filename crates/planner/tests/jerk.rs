@@ -189,7 +189,7 @@ fn events() -> impl Strategy<Value = Vec<(usize, Event)>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(ProptestConfig::with_cases(ProptestConfig::default().cases / 4))]
 
     #[test]
     fn no_hold_resume_or_override_on_a_line_breaks_the_jerk(
@@ -270,7 +270,7 @@ fn moves() -> impl Strategy<Value = Vec<Move<3>>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(100))]
+    #![proptest_config(ProptestConfig::with_cases(ProptestConfig::default().cases / 3))]
 
     #[test]
     fn any_moves_end_at_their_place_whatever_comes_between(

@@ -11,14 +11,13 @@ mod leg;
 mod program;
 mod short_lines;
 
-use crate::reference::{to, Rig, RigQueue};
+use crate::reference::{runner, to, Rig, RigQueue};
 use crate::{
     Config, CornerRule, MoveKind, Overrides, Profile, StepsPerMm, Trapezoid, NANOS_PER_MM,
 };
 use leg::Worst;
 use program::{Event, Part};
-use proptest::prelude::*;
-use proptest::test_runner::{TestCaseError, TestRng, TestRunner};
+use proptest::test_runner::TestCaseError;
 use std::vec::Vec;
 use std::{format, println, string::String, vec};
 
@@ -154,20 +153,8 @@ fn run(program: &Program, settings: Config<2>, limits: &Config<2>) -> Result<Wor
 
 /// The largest shares over many programs; fails at the first one that breaks a limit.
 fn campaign(cases: u32, plant: impl Fn(&mut Config<2>)) -> Result<Worst, String> {
-    let config = ProptestConfig {
-        cases,
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    };
-    // The same programs in each run, except in campaigns.
-    let mut runner = if cases > 1000 {
-        TestRunner::new(config)
-    } else {
-        let rng = TestRng::deterministic_rng(config.rng_algorithm);
-        TestRunner::new_with_rng(config, rng)
-    };
     let worst = core::cell::Cell::new(Worst::default());
-    let result = runner.run(&program(), |program| {
+    let result = runner(cases).run(&program(), |program| {
         let limits = program.config();
         let mut settings = limits;
         plant(&mut settings);
@@ -178,11 +165,6 @@ fn campaign(cases: u32, plant: impl Fn(&mut Config<2>)) -> Result<Worst, String>
     result
         .map(|()| worst.get())
         .map_err(|error| format!("{error}"))
-}
-
-fn cases() -> u32 {
-    let asked = std::env::var("PROPTEST_CASES").ok();
-    asked.and_then(|cases| cases.parse().ok()).unwrap_or(1000)
 }
 
 /// A line is cut into pieces of 0.01 mm, which are planned as they come. It ends at rest and takes
@@ -236,11 +218,8 @@ fn motion_that_outruns_a_short_queue_ends_at_rest() {
 
 #[test]
 fn no_program_breaks_a_limit() {
-    let worst = campaign(cases(), |_| ()).unwrap_or_else(|error| panic!("{error}"));
-    println!(
-        "{} programs, largest shares of the limits: {worst:?}",
-        cases()
-    );
+    let worst = campaign(1000, |_| ()).unwrap_or_else(|error| panic!("{error}"));
+    println!("largest shares of the limits: {worst:?}");
     assert!(
         worst.acceleration > 0.9999,
         "limits are made use of: {worst:?}"
