@@ -282,7 +282,7 @@ export const boardCases = [
     const [x, y] = await page.evaluate(() => globalThis.leadscrew.state().position);
     assert.ok(Math.abs(x + y) < 0.01 && y < 20, `${x} ${y}`);
   }, {only: "file", board: "[outputs]\ncount = 2\n"}),
-  withMachine("its cable is pulled while it touches off: nothing is on the way any more, and it can be done again", async ({page, stand}) => {
+  withMachine("its cable is pulled while it touches off: nothing is on the way any more, the modes come back, and it can be done again", async ({page, stand}) => {
     await connectPort(page);
     await page.getByRole("button", {name: "Touch off…"}).click();
     await page.locator("#touch-feed").fill("600");
@@ -293,8 +293,11 @@ export const boardCases = [
     await stand.plug(true);
     await page.locator("#link").waitFor({state: "hidden"});
     await isState(page, "Alarm");
+    const before = stand.lines.length;
     await page.getByRole("button", {name: "Unlock"}).click();
     await isState(page, "Idle");
+    for (let tries = 0; !stand.lines.slice(before).includes("G0") && tries < 500; tries++) await sleep(20);
+    assert.deepEqual(stand.lines.slice(before).filter((line) => line.startsWith("G")), ["G90", "G0"], "it was left in G91");
     await page.waitForFunction(() => globalThis.leadscrew.state().quiet);
     await page.locator("#touch-plate").fill("3");
     await page.getByRole("button", {name: "The tip touches"}).click();

@@ -133,9 +133,15 @@ function lost(lines) {
   enable();
 }
 
-/** Forgets all lines that are on the way: the machine has forgotten them too, or is another one. */
+/** Forgets all lines that are on the way: nobody answers them any more. */
 function letGo() {
   sender.reset();
+  performer.stop();
+}
+
+/** The machine has forgotten its modes, or is another one. */
+function startAnew() {
+  letGo();
   performer.forget();
 }
 
@@ -156,6 +162,7 @@ function opened(isOpen, why) {
 
 /** @param {Hello} now */
 function greet(now) {
+  if (now.name !== hello?.name || now.board !== hello.board) performer.forget();
   hello = now;
   job.work = now.work;
   say(by("machine-name"), now.board ? now.name : now.name ? `leadscrew · ${now.name}` : "leadscrew");
@@ -178,7 +185,7 @@ function takeRole(now) {
   showRole(now);
   if (!now.controls) {
     job.stop("another program");
-    letGo();
+    startAnew();
   }
   enable();
 }
@@ -201,7 +208,7 @@ function wire({channel, fromMachine, number, bytes}) {
     if (isBanner(line)) {
       if (isOwn && isUnderWay(job.life)) log.add(`The machine was reset. ${account()}`, "bad");
       if (isOwn) job.stop("a reset");
-      if (isOwn) letGo();
+      if (isOwn) startAnew();
       jobLines.clear();
     }
     if (!line.startsWith("<") && line !== "ok" && overheard.isFirst(channel, line)) log.add(line, /^(error|ALARM)/.test(line) ? "bad" : "heard");

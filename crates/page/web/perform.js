@@ -113,9 +113,8 @@ export class Performer {
     if (this.isBusy) this.#end(false);
   }
 
-  /** The machine has forgotten its modes, or is another one. */
+  /** Leaves the modes as they are. */
   forget() {
-    this.stop();
     this.#owed = [];
   }
 
