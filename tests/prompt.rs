@@ -76,14 +76,14 @@ fn situations() -> Vec<Situation> {
     ]
 }
 
-/// Runs a situation's program and sends `byte` after the given time, µs. Returns when the byte
-/// came, and all step events.
-fn run(situation: &Situation, lead_us: u64, byte: Option<(u64, u8)>) -> (Cycle, Vec<StepEvent>) {
+/// Runs a situation's program, with one setting more, and sends `byte` after the given time, µs.
+/// Returns when the byte came, and all step events.
+fn run(situation: &Situation, more: &str, byte: Option<(u64, u8)>) -> (Cycle, Vec<StepEvent>) {
     let setup = setup::<3>(1);
     let mut memory = Memory::new(&setup);
     let mut session: Desk<'_> = Session::new(&mut memory, &setup, Cartesian);
     session.stream(SETTINGS);
-    session.stream(&format!("$703={lead_us}\n"));
+    session.stream(&format!("{more}\n"));
     // Send as a sender does that keeps the planner full.
     let lines: Vec<&str> = situation.program.split_inclusive('\n').collect();
     for some in lines.chunks(40) {
@@ -118,13 +118,13 @@ fn same_for(undisturbed: &[StepEvent], steps: &[StepEvent], at: Cycle) -> Option
 
 /// Tries `byte` at many instants of the situations that `is_meant` selects, and prints the longest
 /// time until it acts, µs.
-fn acts_in_time(byte: u8, lead_us: u64, is_meant: impl Fn(&Situation) -> bool) {
+fn acts_in_time(byte: u8, more: &str, is_meant: impl Fn(&Situation) -> bool) {
     for situation in situations().iter().filter(|of| is_meant(of)) {
-        let (_, undisturbed) = run(situation, lead_us, None);
+        let (_, undisturbed) = run(situation, more, None);
         let (mut worst, mut slowest) = (0, 0);
         for k in 0..TRIES {
             let after = situation.begin + k * situation.every;
-            let (at, steps) = run(situation, lead_us, Some((after, byte)));
+            let (at, steps) = run(situation, more, Some((after, byte)));
             let step = interval(&undisturbed, at) / CYCLES_PER_US;
             let same = same_for(&undisturbed, &steps, at)
                 .unwrap_or_else(|| panic!("{}: {byte:#x} does nothing", situation.name));
@@ -137,7 +137,7 @@ fn acts_in_time(byte: u8, lead_us: u64, is_meant: impl Fn(&Situation) -> bool) {
             (worst, slowest) = (worst.max(same), slowest.max(step));
         }
         println!(
-            "{byte:#x}, $703={lead_us}, {}: acts within {worst} us (a step takes {slowest} us)",
+            "{byte:#x}, {more}, {}: acts within {worst} us (a step takes {slowest} us)",
             situation.name
         );
     }
@@ -145,22 +145,67 @@ fn acts_in_time(byte: u8, lead_us: u64, is_meant: impl Fn(&Situation) -> bool) {
 
 #[test]
 fn a_feed_hold_begins_within_two_milliseconds() {
-    acts_in_time(b'!', 0, |_| true);
+    acts_in_time(b'!', "", |_| true);
 }
 
 #[test]
 fn with_the_longest_lead_a_feed_hold_begins_as_soon() {
-    acts_in_time(b'!', 1000, |_| true);
-    acts_in_time(b'!', 300, |_| true);
+    acts_in_time(b'!', "$703=1000", |_| true);
+    acts_in_time(b'!', "$703=300", |_| true);
+}
+
+/// How long after `at` a deceleration begins that grows evenly, µs. A step that comes a time `t`
+/// after the begin is late by a delay that grows with `t³`, so two steps tell the begin:
+///
+/// ```text
+///     begin = first - (second - first) / ((second's delay / first's delay)^(1/3) - 1)
+/// ```
+fn begins_after(undisturbed: &[StepEvent], steps: &[StepEvent], at: Cycle) -> f64 {
+    let of = |steps: &[StepEvent]| -> Vec<Cycle> {
+        let edges = steps.iter().filter(|event| event.motors.contains(0));
+        edges.map(|event| event.cycle).collect()
+    };
+    let (planned, made) = (of(undisturbed), of(steps));
+    // In cycles: more than what the ticks of a segment are rounded by.
+    let [first, second] = [200, 3000].map(|seen| {
+        let mut late = planned.iter().copied().zip(made.iter().copied());
+        let step = late.find(|(planned, made)| *planned + seen < *made);
+        let (planned, made) = step.expect("a late step");
+        ((made - at) as f64, (made - planned) as f64)
+    });
+    let ratio = (second.1 / first.1).cbrt();
+    (first.0 - (second.0 - first.0) / (ratio - 1.0)) / CYCLES_PER_US as f64
+}
+
+#[test]
+fn under_a_jerk_limit_a_feed_hold_begins_as_soon() {
+    let fast = |of: &Situation| !of.name.contains("ms a step") && of.name != "speeding up";
+    for jerk in ["$705=5000", "$705=50000"] {
+        for situation in situations().iter().filter(|of| fast(of)) {
+            let (_, undisturbed) = run(situation, jerk, None);
+            let mut worst = 0.0f64;
+            for k in 0..TRIES {
+                let after = situation.begin + k * situation.every;
+                let (at, steps) = run(situation, jerk, Some((after, b'!')));
+                let begins = begins_after(&undisturbed, &steps, at);
+                assert!(begins <= WITHIN as f64, "{}: {begins} us", situation.name);
+                worst = worst.max(begins);
+            }
+            println!(
+                "0x21, {jerk}, {}: acts within {worst:.0} us",
+                situation.name
+            );
+        }
+    }
 }
 
 #[test]
 fn an_override_acts_within_two_milliseconds() {
     let steady = |situation: &Situation| situation.name != "speeding up";
     for byte in [0x91, 0x92, 0x94] {
-        acts_in_time(byte, 0, steady);
+        acts_in_time(byte, "", steady);
     }
-    acts_in_time(0x92, 1000, steady);
+    acts_in_time(0x92, "$703=1000", steady);
 }
 
 /// From the start of the deceleration a hold takes the shortest way: `v²/2a`, rounded up to a whole
@@ -171,10 +216,10 @@ fn a_feed_hold_stops_in_the_shortest_way() {
         .iter()
         .zip([200.0, 15.0 / (9f64.hypot(5.0) / 9.0)])
     {
-        let (_, undisturbed) = run(situation, 0, None);
+        let (_, undisturbed) = run(situation, "", None);
         for k in 0..TRIES {
             let after = situation.begin + k * situation.every;
-            let (at, steps) = run(situation, 0, Some((after, b'!')));
+            let (at, steps) = run(situation, "", Some((after, b'!')));
             let same = same_for(&undisturbed, &steps, at).unwrap();
             let from = at + same;
             let stopping = steps
