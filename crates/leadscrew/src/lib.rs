@@ -56,6 +56,9 @@ mod flash;
 mod machine;
 mod motion;
 mod motion_config;
+mod motion_course;
+mod motion_resources;
+mod motion_switches;
 mod motion_words;
 mod outputs;
 mod port;
@@ -73,9 +76,10 @@ pub use config::{Config, Error};
 pub use fault::Fault;
 pub use flash::{Flash, FlashError};
 pub use machine::Machine;
-pub use motion::{motion, Motion, MotionResources};
+pub use motion::Motion;
 pub use motion_config::{MotionConfig, MotionConfigError};
-pub use motion_words::{MotionError, MotionFault, MotionStatus, Speed, Turn};
+pub use motion_resources::{motion, MotionParts, MotionResources};
+pub use motion_words::{End, MotionError, MotionFault, MotionStatus, Speed, Turn};
 pub use outputs::{Actuators, NoPin, NoPwm, OutputError, Outputs};
 pub use port::Port;
 pub use resources::{new, with_extension, Parts, Resources, SmallResources};
@@ -96,6 +100,7 @@ pub use leadscrew_machine::config::{
     AxisKind, AxisMask, Dialect, MachineConfig, Options, ParkingConfig, Squaring, SwitchRules,
 };
 pub use leadscrew_machine::extension;
+pub use leadscrew_machine::inputs::ActiveSwitches;
 pub use leadscrew_machine::machine::Next;
 pub use leadscrew_machine::protocol::{
     alarm::Alarm as AlarmCode, realtime::Realtime, status::Status,

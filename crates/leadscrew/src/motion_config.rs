@@ -3,6 +3,8 @@
 use crate::config::{RATES, SLOWEST_TIMER_HZ};
 use core::fmt;
 use leadscrew_machine::board::PortConfig;
+use leadscrew_machine::config::Squaring;
+use leadscrew_machine::inputs::InputConfig;
 use leadscrew_planner::{Config, ConfigError, Coordinate, StepsPerMm};
 use leadscrew_stepper::{MotorMask, Ticks};
 
@@ -27,11 +29,27 @@ pub struct MotionConfig<const AXES: usize> {
     steps_per_second: u32,
     travel: Option<[[f32; 2]; AXES]>,
     pub(crate) wiring: PortConfig,
+    pub(crate) inputs: InputConfig,
+    pub(crate) homing: HomingConfig,
+}
+
+/// How axes find their switches.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct HomingConfig {
+    /// Towards a switch, and back off it, mm/s.
+    pub(crate) fast: f32,
+    /// Towards a switch the second time, mm/s.
+    pub(crate) slow: f32,
+    /// How far an axis goes back off its switch, mm.
+    pub(crate) pull_off: f32,
+    /// How far apart the switches of an axis with two motors may be.
+    pub(crate) squaring: Squaring,
 }
 
 impl<const AXES: usize> MotionConfig<AXES> {
     /// Begins with Grbl's defaults: 250 steps/mm, 500 mm/min, 10 mm/s², pulses of 10 µs, 20 000
-    /// steps a second at most; no travel, and no frequency yet.
+    /// steps a second at most; homing at 500 and 25 mm/min, 1 mm back off the switch, and closed
+    /// switches are low; no travel, and no frequency yet.
     pub fn new() -> Self {
         Self {
             planned: Config {
@@ -44,6 +62,13 @@ impl<const AXES: usize> MotionConfig<AXES> {
             wiring: PortConfig {
                 pulse_us: 10,
                 ..PortConfig::default()
+            },
+            inputs: InputConfig::default(),
+            homing: HomingConfig {
+                fast: 500.0 / 60.0,
+                slow: 25.0 / 60.0,
+                pull_off: 1.0,
+                squaring: Squaring::GRBL,
             },
         }
     }
@@ -117,12 +142,69 @@ impl<const AXES: usize> MotionConfig<AXES> {
         self
     }
 
+    /// Sets the speeds at which an axis goes towards its switch: the first time, which is also how
+    /// fast it comes back off, and the second time, mm/s, above 0.
+    pub fn with_homing_mm_s(mut self, first: f32, second: f32) -> Self {
+        (self.homing.fast, self.homing.slow) = (first, second);
+        self
+    }
+
+    /// Sets how far an axis comes back off its switch, mm, above 0.
+    pub fn with_pull_off_mm(mut self, way: f32) -> Self {
+        self.homing.pull_off = way;
+        self
+    }
+
+    /// Sets how far apart the switches of an axis with two motors may be.
+    pub fn with_squaring(mut self, squaring: Squaring) -> Self {
+        self.homing.squaring = squaring;
+        self
+    }
+
+    /// Makes a limit switch that closes stop motion before the next step, which is a fault. Without
+    /// this, limit switches are for homing only.
+    pub fn with_hard_limits(mut self) -> Self {
+        self.inputs.hard_limits = true;
+        self
+    }
+
+    /// Sets whether closed limit switches are high, and whether a probe that touches is.
+    pub fn with_closed_high(mut self, limits: bool, probe: bool) -> Self {
+        (self.inputs.limits_invert, self.inputs.probe_invert) = (limits, probe);
+        self
+    }
+
+    /// Sets how long a switch has to keep a new level before it is believed, µs.
+    pub fn with_switch_filter_us(mut self, time: u32) -> Self {
+        self.wiring.filter_us = time;
+        self
+    }
+
+    /// Makes a high level enable the drivers, in place of a low one.
+    pub fn with_drivers_enabled_high(mut self) -> Self {
+        self.wiring.enable_invert = true;
+        self
+    }
+
     /// Checks the build. [`crate::motion()`] does so.
     ///
     /// # Errors
     /// The first value with which nothing can be planned.
     pub fn validate(&self) -> Result<(), MotionConfigError> {
         self.travel()?;
+        let HomingConfig {
+            fast,
+            slow,
+            pull_off,
+            ..
+        } = self.homing;
+        let is_length = |value: f32| value > 0.0 && value.is_finite();
+        if !is_length(fast) || !is_length(slow) {
+            return Err(MotionConfigError::HomingSpeed);
+        }
+        if !is_length(pull_off) {
+            return Err(MotionConfigError::PullOff);
+        }
         Ok(self.planner(usize::MAX)?.validate()?)
     }
 
@@ -195,6 +277,10 @@ pub enum MotionConfigError {
     StepsPerMm(usize),
     /// The travel of this axis has no two places in order.
     Travel(usize),
+    /// A speed of homing is no number above 0.
+    HomingSpeed,
+    /// The way back off a switch is no number above 0.
+    PullOff,
     /// Another value.
     Planner(ConfigError),
 }
@@ -224,6 +310,8 @@ impl fmt::Display for MotionConfigError {
                     "with_travel_mm: axis {axis}; give the lowest place, then the highest"
                 )
             }
+            Self::HomingSpeed => f.write_str("with_homing_mm_s: give two numbers above 0"),
+            Self::PullOff => f.write_str("with_pull_off_mm: give a number above 0"),
             Self::Planner(error) => write!(f, "validate: {error}"),
         }
     }
@@ -236,7 +324,9 @@ impl core::error::Error for MotionConfigError {
             Self::TimerHz(_)
             | Self::StepsPerSecond { .. }
             | Self::StepsPerMm(_)
-            | Self::Travel(_) => None,
+            | Self::Travel(_)
+            | Self::HomingSpeed
+            | Self::PullOff => None,
         }
     }
 }

@@ -32,13 +32,22 @@ pub enum Turn {
     CounterClockwise,
 }
 
+/// The end of an axis's travel at which its limit switch is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum End {
+    /// The lowest place of `MotionConfig::with_travel_mm`.
+    Low,
+    /// The highest place.
+    High,
+}
+
 /// The state of a motion.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum MotionStatus {
     /// It is at rest, and nothing is queued.
     Idle,
-    /// It moves, or begins to.
+    /// It moves, or begins to: moves, homing, a probe.
     Moving,
     /// It slows down for a hold or a stop.
     Stopping,
@@ -56,8 +65,21 @@ pub enum MotionStatus {
 pub enum MotionFault {
     /// [`Motion::poll`](crate::motion::Motion::poll) was not called for 8 ms in motion.
     PollTooLate,
-    /// [`Motion::stop_now`](crate::motion::Motion::stop_now) was called in motion.
+    /// [`Motion::stop_now`](crate::motion::Motion::stop_now) was called in motion, or the reset
+    /// button was pressed.
     StoppedNow,
+    /// A limit switch has closed; [`Motion::closed`](crate::motion::Motion::closed) tells which.
+    LimitSwitch,
+    /// This axis has not met its limit switch: within one and a half of its travel, or at the
+    /// second approach.
+    NoSwitch(usize),
+    /// The limit switch of this axis is still closed after the axis came back off it.
+    SwitchStuck(usize),
+    /// The switches of this axis's motors are farther apart than `MotionConfig::with_squaring`
+    /// allows.
+    Skewed(usize),
+    /// The probe has touched nothing on its way. The position is known.
+    NothingTouched,
     /// A part of the board failed; only power-up helps.
     Board(Fault),
 }
@@ -71,6 +93,28 @@ impl fmt::Display for MotionFault {
             Self::StoppedNow => f.write_str(
                 "motion was stopped without slowing down; find the position again, then \
                  Motion::recover",
+            ),
+            Self::LimitSwitch => f.write_str(
+                "a limit switch has closed; Motion::recover, move off it, then home again",
+            ),
+            Self::NoSwitch(axis) => write!(
+                f,
+                "axis {axis} has not met its limit switch; look at its wires, at the end given to \
+                 Motion::home, and at MotionConfig::with_travel_mm"
+            ),
+            Self::SwitchStuck(axis) => write!(
+                f,
+                "the limit switch of axis {axis} is still closed after the way back; look at the \
+                 switch, or raise MotionConfig::with_pull_off_mm"
+            ),
+            Self::Skewed(axis) => write!(
+                f,
+                "the motors of axis {axis} meet their switches too far apart; square the axis, or \
+                 raise MotionConfig::with_squaring"
+            ),
+            Self::NothingTouched => f.write_str(
+                "the probe has touched nothing on its way; Motion::recover, then look for the part \
+                 or probe farther",
             ),
             Self::Board(fault) => fault.fmt(f),
         }
@@ -91,8 +135,14 @@ pub enum MotionError {
     Speed,
     /// The queue has no room: poll until a move has ended.
     Full,
-    /// The position can be declared at rest only.
+    /// It is for a motion that is idle only: a position, homing, a probe. While homing or a probe
+    /// goes on, nothing else is.
     NotIdle,
+    /// The probe touches before it has moved.
+    ProbeTouches,
+    /// This axis cannot be homed: it has no travel, or it is shorter than the way back off the
+    /// switch.
+    NoTravel(usize),
     /// The target is too many steps away.
     TooFar,
     /// An arc has more chords than the queue has room for, even when it is empty.
@@ -118,9 +168,15 @@ impl fmt::Display for MotionError {
             ),
             Self::Speed => f.write_str("the speed is not a number above 0; give mm/s"),
             Self::Full => f.write_str("the queue is full; poll until a move has ended"),
-            Self::NotIdle => {
-                f.write_str("the motion is not idle; poll until it is, then declare the position")
+            Self::NotIdle => f.write_str("the motion is not idle; poll until it is"),
+            Self::ProbeTouches => {
+                f.write_str("the probe touches already; lift it, or look at its wires")
             }
+            Self::NoTravel(axis) => write!(
+                f,
+                "axis {axis} has no travel, or one shorter than MotionConfig::with_pull_off_mm; \
+                 give MotionConfig::with_travel_mm"
+            ),
             Self::TooFar => f.write_str("the target is too many steps away; give a nearer one"),
             Self::ArcTooLong { chords, room } => write!(
                 f,

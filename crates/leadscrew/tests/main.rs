@@ -5,5 +5,6 @@ mod bench;
 mod gripper;
 mod lines;
 mod motion;
+mod motion_switches;
 mod pins;
 mod settings;

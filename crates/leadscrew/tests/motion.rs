@@ -2,8 +2,8 @@
 
 use crate::bench::{Pin, Timer, World};
 use leadscrew::{
-    motion, Cartesian, Fault, Motion, MotionConfig, MotionError, MotionFault, MotionResources,
-    MotionStatus, PinStepping, Speed, StepDir, Turn,
+    motion, Actuators, Cartesian, Fault, Motion, MotionConfig, MotionError, MotionFault,
+    MotionResources, MotionStatus, NoPin, Outputs, PinStepping, Speed, StepDir, Turn,
 };
 use std::rc::Rc;
 
@@ -11,6 +11,12 @@ struct Plotter {
     world: Rc<World>,
     motion: Motion<'static, Cartesian, 2, 2>,
     steps: PinStepping<StepDir<Pin, Pin, 2>, Timer, 2>,
+}
+
+/// No pins: only what makes the step interrupt come.
+fn pend(world: &Rc<World>) -> impl Actuators {
+    let world = world.clone();
+    Outputs::<_, NoPin>::without_enable(move || world.pend())
 }
 
 fn config() -> MotionConfig<2> {
@@ -26,7 +32,7 @@ impl Plotter {
     fn new() -> Self {
         let world = World::new();
         let resources = Box::leak(Box::new(MotionResources::<2, 2, 128>::new()));
-        let (motion, steps) = motion(resources, config(), Cartesian).unwrap();
+        let (motion, steps, _) = motion(resources, config(), Cartesian).unwrap();
         let pin = |name| world.pin(name);
         let pins = StepDir::new([
             (pin("step x"), pin("direction x")),
@@ -42,11 +48,12 @@ impl Plotter {
     /// Lets a millisecond pass, with polls as the handlers ask for them.
     fn pass(&mut self) -> MotionStatus {
         let end = self.world.now.get() + 1000;
-        let status = self.motion.poll(|| self.world.pend());
+        let mut outputs = pend(&self.world);
+        let status = self.motion.poll(&mut outputs);
         while let Some(at) = self.world.next_ring().filter(|at| *at <= end) {
             self.world.now.set(at.max(self.world.now.get()));
             if self.steps.tick() {
-                self.motion.poll(|| self.world.pend());
+                self.motion.poll(&mut outputs);
             }
         }
         self.world.now.set(end);
@@ -220,13 +227,17 @@ fn a_motion_that_was_not_fed_or_stopped_at_once_says_so_and_recovers() {
         .motion
         .move_to([50.0, 0.0], Speed::mm_s(50.0))
         .unwrap();
-    plotter.motion.poll(|| plotter.world.pend());
+    plotter.motion.poll(&mut pend(&plotter.world));
     while let Some(at) = plotter.world.next_ring() {
         plotter.world.now.set(at);
         plotter.steps.tick();
     }
     let fault = MotionFault::PollTooLate;
-    assert_eq!(plotter.motion.poll(|| {}), MotionStatus::Failed(fault));
+    let mut outputs = pend(&plotter.world);
+    assert_eq!(
+        plotter.motion.poll(&mut outputs),
+        MotionStatus::Failed(fault)
+    );
     let refused = plotter.motion.move_to([0.0, 0.0], Speed::RAPID);
     assert_eq!(refused, Err(MotionError::Failed(fault)));
     assert!(fault.to_string().contains("call it every 4 ms"));
@@ -291,6 +302,9 @@ fn a_build_that_cannot_move_is_refused_with_a_value_that_works() {
             config().with_travel_mm([[0.0, 1.0], [1.0, 0.0]]),
             "with_travel_mm: axis 1",
         ),
+        (config().with_homing_mm_s(10.0, 0.0), "with_homing_mm_s"),
+        (config().with_homing_mm_s(f32::NAN, 1.0), "with_homing_mm_s"),
+        (config().with_pull_off_mm(f32::INFINITY), "with_pull_off_mm"),
         (config().with_max_speed_mm_s([0.0, 1.0]), "validate:"),
         (
             config().with_acceleration_mm_s2([1.0, f32::NAN]),
@@ -328,7 +342,8 @@ fn a_task_awaits_the_end_of_its_moves() {
         context.waker().wake_by_ref();
         Poll::Pending
     });
-    let arriving = motion.arrive(|| world.pend());
+    let mut outputs = pend(&world);
+    let arriving = motion.arrive(&mut outputs);
     embassy_futures::block_on(embassy_futures::select::select(arriving, passing));
     assert_eq!(motion.position(), [10.0, 0.0]);
 }

@@ -125,8 +125,8 @@ impl Squaring {
         most_mm: 25.0,
     };
 
-    /// The distance by which the two switches may be apart on an axis with this travel, mm.
-    pub(crate) fn allowance(&self, travel_mm: f32) -> f32 {
+    /// Returns how far apart the two switches of an axis with this travel may be, mm.
+    pub fn allowance(&self, travel_mm: f32) -> f32 {
         (travel_mm * self.tolerance)
             .max(self.least_mm)
             .min(self.most_mm)

@@ -366,7 +366,7 @@ fn stop<const MOTORS: usize>(shared: &Shared<MOTORS>) {
 }
 
 /// `motors`; with all of `sharing` as well if any of `motors` is among them.
-pub(crate) fn with_sharing(motors: MotorMask, sharing: MotorMask) -> MotorMask {
+pub fn with_sharing(motors: MotorMask, sharing: MotorMask) -> MotorMask {
     if sharing.without(motors) == sharing {
         motors
     } else {
