@@ -1,5 +1,6 @@
 //! The project's own commands: `cargo xtask NAME`, or `cargo fw`.
 #![forbid(unsafe_code)]
+mod api;
 mod bench;
 mod boards;
 mod budget;
@@ -33,8 +34,10 @@ const USAGE: &str = "usage: cargo xtask COMMAND
     thumb [FILE...]    build libraries and firmware for the microcontroller, and check what is in
                        them; with FILEs, check the firmware in these files and build none
     targets            check the libraries for other processors
+    api                compare what the facade shows to its users with crates/leadscrew/api.txt
     circles            look for files of a crate that import each other in a circle
-    boards             build the boards in examples/boards; run the one that QEMU emulates
+    boards             build the boards in examples/boards, run them in emulators, and watch their
+                       pins
     bench COMMAND...   count x86-64 instructions per line; COMMAND says {lines} for their number
     page PAGE.html [MACHINE.toml]
                        write the page of a machine as one file that needs no server: the simulator
@@ -55,6 +58,7 @@ fn main() -> ExitCode {
         ["fw-test", ..] => fw_test::run(&arguments[1..]),
         ["hil", _, ..] => hil::run(&arguments[1..]),
         ["boards"] => boards::run(),
+        ["api"] => api::run(),
         ["circles"] => circles::run(),
         ["bench", ..] => bench::run(&arguments[1..]),
         ["figures"] => figures::run(),
