@@ -155,6 +155,33 @@ fn a_missing_step_interrupt_and_late_steps_are_told_in_words() {
 }
 
 #[test]
+fn motion_that_runs_dry_says_how_late_a_poll_came() {
+    for (ms, text) in [
+        (3, "a poll came up to 3 ms late"),
+        (40, "a poll came over 10 ms late"),
+    ] {
+        let world = World::new();
+        let mut board = board(&world);
+        board.job("$X\n");
+        board.send("G1X5F600\n");
+        board.run_for(100);
+        assert!(board.machine.lateness().ticks() < 450);
+        let end = world.now.get() + ms * 1000;
+        while let Some(at) = world.next_ring().filter(|at| *at <= end) {
+            world.now.set(at);
+            board.steps.tick();
+        }
+        world.now.set(end);
+        board.run_for(50);
+        assert!(board.heard.contains("ALARM:3"), "{}", board.heard);
+        let told = format!("[MSG:Motion ran dry: {text}]");
+        assert_eq!(board.heard.matches(&told).count(), 1, "{}", board.heard);
+        let late = board.machine.lateness().ticks();
+        assert!((ms * 1000 - 1100..=ms * 1000).contains(&late), "{late}");
+    }
+}
+
+#[test]
 fn small_memory_is_one_value_and_a_clock_that_goes_back_does_no_harm() {
     type Small = SmallResources<3, 3, 16>;
     assert!(size_of::<Small>() < 8 * 1024, "{}", size_of::<Small>());

@@ -69,7 +69,11 @@ pub const CHANNELS: usize = 4;
 
 /// The longest motion that may be committed to the segment queue: a hold, a cancel or an override
 /// acts after this time at most.
-pub const COMMITTED: Duration = Duration::from_ticks(2_000);
+pub const COMMITTED: Duration = Duration::from_ticks(if cfg!(feature = "without-fpu") {
+    4_800
+} else {
+    2_000
+});
 
 /// A set of axes, one bit for each axis.
 pub type AxisMask = u8;

@@ -193,8 +193,16 @@ const UNSEEN: Duration = Duration::from_ticks(100);
 const HALF_A_TICK: Duration = Duration::from_ticks(50);
 
 /// When this much committed motion is left, the main loop makes the next segment, and does not wait
-/// until the last one begins. It is more than the time of a `Machine::poll` (0.4 ms).
-const SHORT: Duration = Duration::from_ticks(450);
+/// until the last one begins. It is more than the time of a `Machine::poll` (0.4 ms on an F407; some
+/// 100 000 instructions if each operation of a float is a call).
+const SHORT: Duration = Duration::from_ticks(if cfg!(feature = "without-fpu") {
+    2_800
+} else {
+    450
+});
+
+/// The share of the committed time that one segment is, at most: below a millisecond.
+const SHARE: u32 = if cfg!(feature = "without-fpu") { 5 } else { 2 };
 
 /// Ticks closer than this leave the main loop little time: on the F407, with a tick every 2.7 µs,
 /// two fifths of it. A line may then take as long as a segment lasts, so segments come first, as
@@ -284,7 +292,7 @@ impl Bounds {
             lead => all - lead - HALF_A_TICK.ticks() as u32,
         };
         // One segment waits while another is under way and has SHORT left.
-        let longest_us = (most / 2).min(most - SHORT.ticks() as u32);
+        let longest_us = (most / SHARE).min(most - SHORT.ticks() as u32);
         Self {
             longest_us,
             committed: (most - longest_us) * counts_per_us,

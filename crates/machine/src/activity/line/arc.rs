@@ -4,7 +4,7 @@ use crate::interpreter::{ArcShape, Feed, Travel, Turn};
 use leadscrew_planner::{Arc, ArcError, Coordinate, Curve};
 
 /// Chords planned in one poll: bounds its time.
-pub(crate) const CHORDS_A_POLL: usize = 4;
+pub(crate) const CHORDS_A_POLL: usize = if cfg!(feature = "without-fpu") { 1 } else { 4 };
 
 /// The rest of an arc.
 #[derive(Clone, Debug)]
