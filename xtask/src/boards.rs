@@ -1,7 +1,8 @@
 //! `cargo xtask boards`: the example boards that are not an F407.
 //!
-//! All of these boards are compiled. Those that QEMU emulates get a job over their serial lines.
-//! QEMU's trace of their ports must show the steps that `leadscrew run` makes of this job.
+//! All of these boards are compiled, and run in an emulator: QEMU, or `rp2040js` from the registry
+//! of npm. They get a job over their serial lines. The emulator's trace of their ports must show the
+//! steps that `leadscrew run` makes of this job.
 use crate::{
     failure::Failure,
     shell,
@@ -25,35 +26,55 @@ const BOARDS: [(&str, &str); 3] = [
     ("riscv", "riscv32imac-unknown-none-elf"),
 ];
 
-/// A board that QEMU emulates.
+/// What runs a board. Emulated time is counted in instructions, so that a busy computer causes no
+/// delays.
+enum Emulator {
+    Qemu {
+        /// The program of QEMU, and the machine.
+        machine: [&'static str; 2],
+        /// Further arguments; the first two are the length of an instruction.
+        arguments: &'static [&'static str],
+        /// The events that QEMU has to trace: each change of a pin.
+        events: &'static str,
+    },
+    /// [`PICO`], under Node.js.
+    Pico,
+}
+
+/// The folder of the emulated Pico.
+const PICO: &str = "tests/rp2040";
+
+/// A board that is emulated.
 struct Emulated {
     /// Its place in [`BOARDS`].
     board: usize,
-    /// The program of QEMU, and the machine.
-    qemu: [&'static str; 2],
-    /// Further arguments; the first two are the length of an instruction. Emulated time is counted
-    /// in instructions, so that a busy computer causes no delays.
-    arguments: &'static [&'static str],
-    /// The events that QEMU has to trace: each change of a pin.
-    events: &'static str,
+    emulator: Emulator,
     /// The edges of a trace.
     edges: fn(&str) -> Vec<Edge>,
 }
 
-const EMULATED: [Emulated; 2] = [
+const EMULATED: [Emulated; 3] = [
     Emulated {
         board: 0,
-        qemu: ["qemu-system-arm", "lm3s6965evb"],
-        arguments: &["-icount", "shift=4,sleep=off"], // 16 ns; the chip takes 20
-        events: "pl061_set_output",
+        emulator: Emulator::Qemu {
+            machine: ["qemu-system-arm", "lm3s6965evb"],
+            arguments: &["-icount", "shift=4,sleep=off"], // 16 ns; the chip takes 20
+            events: "pl061_set_output",
+        },
         edges: pl061_edges,
     },
     Emulated {
+        board: 1,
+        emulator: Emulator::Pico,
+        edges: pico_edges,
+    },
+    Emulated {
         board: 2,
-        qemu: ["qemu-system-riscv32", "sifive_u"],
-        // 4 ns: the chip takes 1 ns. With 16 ns, and no FPU in use, polls in a circle come too late.
-        arguments: &["-icount", "shift=2,sleep=off", "-bios", "none"],
-        events: "sifive_gpio_write",
+        emulator: Emulator::Qemu {
+            machine: ["qemu-system-riscv32", "sifive_u"],
+            arguments: &["-icount", "shift=4,sleep=off", "-bios", "none"], // 16 ns; the chip takes 1
+            events: "sifive_gpio_write",
+        },
         edges: sifive_edges,
     },
 ];
@@ -106,6 +127,17 @@ fn sifive_edges(trace: &str) -> Vec<Edge> {
         before = levels;
     }
     edges
+}
+
+/// The edges of a Pico's pins: steps on GPIO 2 to 4, directions on GPIO 5 to 7.
+fn pico_edges(trace: &str) -> Vec<Edge> {
+    let edge = |line: &str| {
+        let (pin, level) = line.split_once(' ')?;
+        let mut pins = STEPS.into_iter().chain(DIRECTIONS);
+        let pin = pins.nth(pin.parse::<usize>().ok()?.checked_sub(2)?)?;
+        Some((pin, level == "1"))
+    };
+    trace.lines().filter_map(edge).collect()
 }
 
 /// The steps that edges make, motor by motor. A board must set a direction before the step.
@@ -162,10 +194,10 @@ fn listed(table: &str) -> Option<[Steps; 3]> {
     Some(steps)
 }
 
-/// The longest time that QEMU may take for the job.
+/// The longest time that an emulator may take for the job.
 const TIME_LIMIT: Duration = Duration::from_secs(120);
 
-/// Builds every board, and runs those that QEMU emulates.
+/// Builds every board, and runs it.
 pub(crate) fn run() -> Result<(), Failure> {
     for (board, target) in BOARDS {
         build(board, target)?;
@@ -184,7 +216,7 @@ fn watch(emulated: &Emulated, expected: &[Steps; 3]) -> Result<(), Failure> {
     let (board, target) = BOARDS[emulated.board];
     let trace = target_dir().join(format!("pins-{board}.log"));
     let answers = run_job(emulated, &elf(board, target), &trace)?;
-    println!("{board}: {}", answers.trim().replace("\r\n", " / "));
+    println!("{board}: {}", answers.lines().last().unwrap_or_default());
     let trace = fs::read_to_string(&trace).map_err(Failure::file(&trace))?;
     compare(board, &(emulated.edges)(&trace), expected)
 }
@@ -246,37 +278,76 @@ fn build(board: &str, target: &str) -> Result<(), Failure> {
 /// Sends the job, and asks for the state until the machine reports the end of the job. Returns the
 /// text heard.
 fn run_job(emulated: &Emulated, elf: &Path, trace: &Path) -> Result<String, Failure> {
-    let mut qemu = start(emulated, elf, trace)?;
-    let done = converse(&mut qemu);
-    // QEMU does not end by itself; if it has ended, there is nothing to stop.
-    let _ = qemu.kill();
-    let _ = qemu.wait();
+    let mut running = start(emulated, elf, trace)?;
+    let done = converse(&mut running);
+    // An emulator does not end by itself; if it has ended, there is nothing to stop.
+    let _ = running.kill();
+    let _ = running.wait();
     done
 }
 
 fn start(emulated: &Emulated, elf: &Path, trace: &Path) -> Result<Child, Failure> {
-    let [program, machine] = emulated.qemu;
-    let mut command = Command::new(program);
-    command
-        .args(["-M", machine, "-nographic", "-monitor", "none"])
-        .args(emulated.arguments)
-        .args(["-serial", "stdio"])
-        .args(["-trace", emulated.events, "-D"])
-        .arg(trace)
-        .arg("-kernel")
-        .arg(elf)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::null());
+    let mut command = match emulated.emulator {
+        Emulator::Qemu {
+            machine,
+            arguments,
+            events,
+        } => qemu(machine, arguments, events, elf, trace),
+        Emulator::Pico => pico(elf, trace)?,
+    };
+    command.stdin(Stdio::piped()).stdout(Stdio::piped());
     command.spawn().map_err(|error| Failure::NotStarted {
-        program: program.to_owned(),
+        program: command.get_program().to_string_lossy().into_owned(),
         error,
     })
 }
 
-fn converse(qemu: &mut Child) -> Result<String, Failure> {
-    let (Some(mut to), Some(from)) = (qemu.stdin.take(), qemu.stdout.take()) else {
-        return Err(Failure::finding("QEMU has no serial line"));
+fn qemu(
+    [program, machine]: [&str; 2],
+    arguments: &[&str],
+    events: &str,
+    elf: &Path,
+    trace: &Path,
+) -> Command {
+    let mut command = Command::new(program);
+    command
+        .args(["-M", machine, "-nographic", "-monitor", "none"])
+        .args(arguments)
+        .args(["-serial", "stdio"])
+        .args(["-trace", events, "-D"])
+        .arg(trace)
+        .arg("-kernel")
+        .arg(elf)
+        .stderr(Stdio::null());
+    command
+}
+
+/// The emulated Pico with the bytes of `elf` in its flash. Its packages are installed if they are
+/// missing.
+fn pico(elf: &Path, trace: &Path) -> Result<Command, Failure> {
+    let folder = toolchain::root().join(PICO);
+    if !folder.join("node_modules").exists() {
+        let mut install = Command::new("npm");
+        install.args([
+            "ci",
+            "--silent",
+            "--ignore-scripts",
+            "--no-audit",
+            "--no-fund",
+        ]);
+        shell::run(install.current_dir(&folder))?;
+    }
+    let image = elf.with_extension("bin");
+    let mut copy = Command::new("arm-none-eabi-objcopy");
+    shell::run(copy.args(["-O", "binary"]).arg(elf).arg(&image))?;
+    let mut command = Command::new("node");
+    command.arg(folder.join("run.js")).arg(&image).arg(trace);
+    Ok(command)
+}
+
+fn converse(emulator: &mut Child) -> Result<String, Failure> {
+    let (Some(mut to), Some(from)) = (emulator.stdin.take(), emulator.stdout.take()) else {
+        return Err(Failure::finding("the emulator has no serial line"));
     };
     let answers = listen(from);
     let begin = Instant::now();
@@ -294,7 +365,7 @@ fn converse(qemu: &mut Child) -> Result<String, Failure> {
 fn send(to: &mut ChildStdin, text: &str) -> Result<(), Failure> {
     to.write_all(text.as_bytes())
         .and_then(|()| to.flush())
-        .map_err(|error| Failure::finding(format!("QEMU's serial line: {error}")))
+        .map_err(|error| Failure::finding(format!("the emulator's serial line: {error}")))
 }
 
 /// Waits until `text` comes once more than it has so far.
@@ -370,7 +441,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn edges_are_read_from_either_trace() {
+    fn edges_are_read_from_each_trace() {
         let pl061 = "pl061_set_output device[12] setting output 1 to 1\n\
                      pl061_set_output device[10] setting output 1 to 1\n\
                      pl061_set_output device[11] setting output 0 to 0";
@@ -383,6 +454,11 @@ mod tests {
                       sifive_gpio_write offset 0xc value 0x50";
         assert_eq!(
             sifive_edges(sifive),
+            [("step X", true), ("step X", false), ("direction Y", true)]
+        );
+        let pico = "0 1\n2 1\n2 0\n6 1\n8 0\n";
+        assert_eq!(
+            pico_edges(pico),
             [("step X", true), ("step X", false), ("direction Y", true)]
         );
     }
