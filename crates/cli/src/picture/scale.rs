@@ -30,12 +30,16 @@ impl Scale {
         self.start + (value - self.from) / (self.to - self.from) * (self.end - self.start)
     }
 
-    /// Round values within the range, about one every `spacing` pixels.
+    /// Round values within the range, about one every `spacing` pixels; two at least, since one alone
+    /// gives no scale.
     pub(super) fn ticks(&self, spacing: f64) -> Vec<f64> {
         let wanted = ((self.end - self.start).abs() / spacing).max(2.0);
         let step = round_step((self.to - self.from) / wanted);
         let first = (self.from / step).ceil() as i64;
         let last = (self.to / step).floor() as i64;
+        if first >= last {
+            return self.ticks(spacing / 2.0);
+        }
         (first..=last).map(|k| k as f64 * step).collect()
     }
 }
@@ -69,6 +73,12 @@ mod tests {
             Scale::new(0.0, 0.03, 0.0, 300.0).ticks(100.0),
             [0.0, 0.01, 0.02, 0.03]
         );
+    }
+
+    #[test]
+    fn a_scale_around_zero_names_more_than_zero() {
+        let scale = Scale::new(-432.0, 432.0, 0.0, 100.0);
+        assert_eq!(scale.ticks(25.0), [-400.0, -200.0, 0.0, 200.0, 400.0]);
     }
 
     #[test]
