@@ -83,7 +83,7 @@ const EMULATED: [Emulated; 3] = [
 type Edge = (&'static str, bool);
 
 /// Lines, a diagonal of all motors, and a circle, which takes X and Y both ways.
-const JOB: &str = "G1X1F300\nG1Y-0.5\nG1X0.2Y0.3Z0.4\nG2I0.2\n";
+const JOB: &str = "G1X1F300\nG1Y-0.5\nG1X0.2Y0.3Z0.4\nG2X0.2Y0.3I0.2\n";
 const END: &str = "<Idle|MPos:0.200,0.300,0.400|";
 
 /// The steps of a motor in their order: true if a step goes in the negative direction.
