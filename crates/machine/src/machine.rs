@@ -74,6 +74,15 @@ pub struct Next {
     pub is_chore: bool,
 }
 
+/// The answer of [`Machine::turn`].
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Turn {
+    /// When the machine wants the next turn.
+    pub next: Next,
+    /// When something besides motion is to be done, if nothing comes before; `None`: never.
+    pub quiet_until: Option<Instant>,
+}
+
 /// A GRBL machine with `AXES` axes on `MOTORS` motors, and an extension.
 pub struct Machine<'a, K, const AXES: usize, const MOTORS: usize, X = ()> {
     pub(crate) config: MachineConfig<AXES>,
@@ -162,6 +171,25 @@ where
     ///
     /// Main loop. `now` never goes back.
     pub fn poll<B: Board>(&mut self, board: &mut B, now: Instant) -> Next {
+        let extension = self.work_through(board, now);
+        self.next(extension, now)
+    }
+
+    /// As [`Machine::poll`], for simulators that may call [`Machine::carry_on`] next.
+    pub fn turn<B: Board>(&mut self, board: &mut B, now: Instant) -> Turn {
+        let extension = self.work_through(board, now);
+        Turn {
+            next: self.next(extension, now),
+            quiet_until: earlier(
+                extension,
+                earlier(self.deadline(Hunger::None), self.load_ends(true)),
+            ),
+        }
+    }
+
+    /// Does the work of [`Machine::poll`]; returns when the extension wants the next turn.
+    #[inline]
+    fn work_through<B: Board>(&mut self, board: &mut B, now: Instant) -> Option<Instant> {
         self.work.polls = self.work.polls.wrapping_add(1);
         let segments = self.work.segments;
         if !self.history.booted {
@@ -189,7 +217,36 @@ where
         self.feed(board, now);
         self.explain_segments(segments, board);
         self.console.flush(board, &mut self.work);
-        self.next(extension, now)
+        extension
+    }
+
+    /// Does the part of [`Machine::poll`] that follows a segment which the step interrupt has
+    /// taken, if nothing else is to be done; otherwise does nothing and returns `None`. A cruise that
+    /// nothing can change any more becomes one segment.
+    ///
+    /// For simulators that ask for times only. The last turn was not busy, and since then no byte
+    /// has come, no switch has moved, and [`Turn::quiet_until`] has not come.
+    pub fn carry_on(&mut self, now: Instant) -> Option<Next> {
+        let waits_for_room = || self.activity.line.moves_next() && self.motion.wants_more();
+        let is_plain = self.state == State::Run
+            && self.motion.goes_on()
+            && !self.activity.line.is_running()
+            && !waits_for_room();
+        if !is_plain {
+            return None;
+        }
+        self.work.polls = self.work.polls.wrapping_add(1);
+        self.motion.look(now);
+        if self.motion.carry_on(&mut self.work) {
+            return Some(self.next(None, now));
+        }
+        let hunger = self.motion.hunger(now, true);
+        let next = earlier(hunger.at(), self.motion.look_at(now));
+        Some(Next {
+            busy: hunger == Hunger::Now,
+            is_chore: false,
+            when: next.map(|instant| instant.max(now + SHORTEST_SLEEP)),
+        })
     }
 
     /// Returns the state of the machine.

@@ -86,6 +86,8 @@ pub struct SimBoard<O, const MOTORS: usize> {
     /// True if the check of positions needs a new origin: the wiring or a carriage's place has
     /// changed.
     pub(crate) rewired: bool,
+    /// Only times count: steps move the carriages, and no pin.
+    pub(crate) glides: bool,
     /// Parts of a dominant step in each tick of the segment under way; `None` if no tick is due.
     pub(crate) parts_per_tick: Option<u64>,
     costs: Costs,
@@ -144,6 +146,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
             contacts: Inputs::new(contacts),
             switches_moved: false,
             rewired: false,
+            glides: false,
             parts_per_tick: None,
             costs,
             now: Cycle::ZERO,
@@ -360,6 +363,9 @@ impl<O: Observer, const MOTORS: usize> StepPort for SimBoard<O, MOTORS> {
         self.counts.step_events += 1;
         self.first_step = self.first_step.min(edge);
         self.last_step = edge;
+        if self.glides && self.plant.is_free_for(1) {
+            return self.plant.carry_once(motors);
+        }
         let rise = self.plant.raise(edge, motors);
         if rise.setup.is_some() || rise.switches || !rise.lost.is_empty() {
             self.check_rise(edge, &rise);

@@ -64,6 +64,11 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         self.glides = true;
     }
 
+    /// Returns true if only times count.
+    pub(crate) fn glides(&self) -> bool {
+        self.glides
+    }
+
     /// Handles the timer's interrupts that are due up to `horizon`, the earliest first. Returns
     /// early after an interrupt that wakes the main loop. Only the main loop and the switch
     /// interrupts can stop motion, and they run between two calls.
@@ -126,8 +131,12 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         if self.at_rest {
             start(interrupt, segments, self.shared, board);
         }
+        let events = board.counts.step_events;
         on_timer(interrupt, segments, self.shared, board);
         cpu.charge_tick(at, cycles);
+        if board.counts.step_events != events && board.pulse_due() == Cycle::NEVER {
+            cpu.charge_pulses(at, u64::from(self.costs.pulse_end)); // no pin tells its end
+        }
         if takes {
             self.taken(board, at);
         }
@@ -205,6 +214,7 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         let taken = next.map(taken);
         board.observer.segment_taken(at, taken.as_ref());
         self.ends = next.is_none_or(|segment| segment.at_rest.is_some());
+        board.glides = self.glides && !self.ends && board.has_stepped();
         (self.ticks_left, self.next_parts) = match next {
             Some(segment) => (segment.ticks.get() - 1, Some(parts_per_tick(segment))),
             None => (0, None),

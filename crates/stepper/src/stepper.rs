@@ -181,6 +181,9 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         for (steps, (left, increment)) in
             steps.iter_mut().zip(self.left.iter().zip(&self.increment))
         {
+            if *increment == 0 {
+                continue;
+            }
             let way = i64::from(*increment) * i64::from(count) - i64::from(left.cast_signed());
             let way = u64::try_from(way).unwrap_or(0);
             let whole = way.div_ceil(u64::from(self.full.max(1)));

@@ -42,11 +42,30 @@ where
             return false;
         }
         for _ in 0..AT_ONCE {
-            if !self.feeder.has_room() || !self.commit(work) || self.feeder.has_enough() {
+            if !self.feeder.has_room() || !self.commit::<false>(work) || self.feeder.has_enough() {
                 break;
             }
         }
         self.feeder.is_to_start()
+    }
+
+    /// As [`Motion::prepare`] in the middle of the program's motion, with long segments. Returns
+    /// whether a move has ended.
+    pub(crate) fn carry_on(&mut self, work: &mut Work) -> bool {
+        let moves = self.program.planner.len();
+        for _ in 0..AT_ONCE {
+            if !self.feeder.has_room() || !self.commit::<true>(work) || self.feeder.has_enough() {
+                break;
+            }
+        }
+        self.program.planner.len() != moves
+    }
+
+    /// Returns true if the program's motion is under way, and nothing ends it or waits for it to
+    /// begin.
+    pub(crate) fn goes_on(&self) -> bool {
+        let runs = self.driver == Driver::Program && self.shared.is_running();
+        runs && !self.stopping && !self.program.segmenter.is_held()
     }
 
     fn may_feed(&mut self, now: Instant, may_start: bool) -> bool {
@@ -64,9 +83,9 @@ where
         self.start.is_over(self.program.planner.len(), now)
     }
 
-    /// Commits the next segment; returns whether there was one.
-    fn commit(&mut self, work: &mut Work) -> bool {
-        let Some(mut segment) = self.next_segment() else {
+    /// Commits the next segment; returns whether there was one. `LONG`: it may be a whole cruise.
+    fn commit<const LONG: bool>(&mut self, work: &mut Work) -> bool {
+        let Some(mut segment) = self.next_segment::<LONG>() else {
             return false;
         };
         self.power.apply(&mut segment);
@@ -76,12 +95,15 @@ where
         true
     }
 
-    fn next_segment(&mut self) -> Option<Segment<MOTORS>> {
+    fn next_segment<const LONG: bool>(&mut self) -> Option<Segment<MOTORS>> {
         match self.driver {
             Driver::Program => {
                 let Track { planner, segmenter } = &mut self.program;
                 let room = self.feeder.room();
-                self.lead.next(room.into(), || segmenter.next(planner))
+                self.lead.next(room.into(), || match LONG {
+                    true => segmenter.next_long(planner),
+                    false => segmenter.next(planner),
+                })
             }
             Driver::Aside => self.aside.segmenter.next(&mut self.aside.planner),
         }

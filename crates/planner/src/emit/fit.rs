@@ -160,6 +160,11 @@ impl Carry {
         Interval::from_bits(made)
     }
 
+    /// Returns true if the error is too small to change `ticks` equal ticks.
+    pub(crate) fn is_below(self, ticks: NonZeroU16) -> bool {
+        self.0.unsigned_abs() < u64::from(ticks.get())
+    }
+
     /// Returns how late the segments so far are, counts (less than 2¹⁵), rounded down to 2⁻¹⁶
     /// counts.
     pub(crate) const fn late(self) -> f32 {

@@ -82,6 +82,32 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
     where
         K: Kinematics<AXES, MOTORS>,
     {
+        self.make::<K, false>(planner)
+    }
+
+    /// As [`Segmenter::next`], but a cruise that no further move can change is cut after a twentieth
+    /// of a second only: the same motion to the last bit in fewer segments, which follows a hold or an
+    /// override later.
+    ///
+    /// For simulators that ask for times only.
+    pub fn next_long<K>(
+        &mut self,
+        planner: &mut Planner<'_, K, AXES, MOTORS>,
+    ) -> Option<Segment<MOTORS>>
+    where
+        K: Kinematics<AXES, MOTORS>,
+    {
+        self.make::<K, true>(planner)
+    }
+
+    #[inline]
+    fn make<K, const LONG: bool>(
+        &mut self,
+        planner: &mut Planner<'_, K, AXES, MOTORS>,
+    ) -> Option<Segment<MOTORS>>
+    where
+        K: Kinematics<AXES, MOTORS>,
+    {
         planner.renew();
         if self.mode == Mode::Held {
             return None;
@@ -107,8 +133,12 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
             }
             Profile::Mean(_) => self.lead.extend(planner, goal, running, timing)?,
         }
-        // In one place, because a call would take a seventh more for each segment.
-        let segment = running.segment(timing, &mut self.carry, goal);
+        // While the end of the plan bounds a move, more may be planned at each of its segments. Not
+        // `LONG`, this is in one place: a call would take a seventh more for each segment.
+        let segment = match LONG && !planner.is_bound_by_end() {
+            true => running.segment::<true>(timing, &mut self.carry, goal),
+            false => running.segment::<false>(timing, &mut self.carry, goal),
+        };
         if running.at_profile_end() {
             self.end_profile(planner);
         }

@@ -19,7 +19,7 @@ where
         if let Some(receiver) = self.receivers.get_mut(usize::from(channel.0)) {
             receiver.close();
         }
-        self.wake = self.wake.min(self.now);
+        self.disturb(self.now);
     }
 
     pub(super) fn byte<H: Host>(&mut self, host: &mut H) {
@@ -28,7 +28,7 @@ where
                 LinkEvent::Arrived(byte) => self.receive(channel, byte),
                 LinkEvent::Sent(byte) => {
                     self.cpu.charge_interrupt(self.now, self.costs.byte_out);
-                    self.wake = self.wake.min(self.now);
+                    self.disturb(self.now);
                     self.last_byte = self.now;
                     host.receive(channel, byte, self.now);
                 }
@@ -47,32 +47,38 @@ where
             }
         }
         self.cpu.charge_interrupt(self.now, self.costs.byte_in);
-        self.wake = self.wake.min(self.now);
+        self.disturb(self.now);
     }
 
     /// Asks the host for bytes to send, on all lines. On lines that never wait, gives the host the
-    /// bytes that the board has written.
-    pub(super) fn exchange<H: Host>(&mut self, host: &mut H) {
+    /// bytes that the board has written. Returns whether the host has nothing more to send now.
+    pub(super) fn exchange<H: Host>(&mut self, host: &mut H) -> bool {
+        let mut is_silent = true;
         for channel in (0..self.board.links.count()).map(|number| ChannelId(number as u8)) {
             // A line does not close before the bytes that were sent on it have come in.
             if !self.board.links.is_receiving(channel) && host.closes(channel) {
                 self.close(channel);
             }
             if self.board.links.never_waits(channel) {
-                self.exchange_at_once(channel, host);
+                is_silent &= self.exchange_at_once(channel, host);
             } else {
                 self.board.links.feed(channel, host, self.now);
             }
         }
+        is_silent
     }
 
-    fn exchange_at_once<H: Host>(&mut self, channel: ChannelId, host: &mut H) {
+    fn exchange_at_once<H: Host>(&mut self, channel: ChannelId, host: &mut H) -> bool {
         while let Some(byte) = self.board.links.take_written(channel) {
             self.last_byte = self.now;
             host.receive(channel, byte, self.now);
         }
-        for byte in (0..PACKET).map_while(|_| host.next_byte(channel)) {
+        for _ in 0..PACKET {
+            let Some(byte) = host.next_byte(channel) else {
+                return true;
+            };
             self.receive(channel, byte);
         }
+        false
     }
 }

@@ -81,6 +81,11 @@ pub struct Simulation<'a, K, O, const AXES: usize, const MOTORS: usize, const MO
     deadline: Cycle,
     /// At the deadline only an extension's regular work is due.
     is_chore: bool,
+    /// Since the last turn of the main loop nothing has happened but step interrupts, and that turn
+    /// left nothing to do.
+    is_undisturbed: bool,
+    /// When the main loop has something to do besides segments.
+    quiet_until: Cycle,
     pub(crate) first_byte: Cycle,
     pub(crate) last_byte: Cycle,
 }
@@ -160,6 +165,8 @@ where
             wake: Cycle::ZERO,
             deadline: Cycle::NEVER,
             is_chore: false,
+            is_undisturbed: false,
+            quiet_until: Cycle::ZERO,
             first_byte: Cycle::NEVER,
             last_byte: Cycle::ZERO,
         }
@@ -204,7 +211,7 @@ where
             } else if line <= main {
                 self.byte(host);
             } else {
-                self.poll(host);
+                self.turn(host);
             }
             if !going(host) {
                 return Stopped::Condition;
@@ -247,7 +254,7 @@ where
     pub fn open_line(&mut self, line: usize) {
         if let Some(receiver) = self.receivers.get_mut(line) {
             receiver.open();
-            self.wake = self.wake.min(self.now);
+            self.disturb(self.now);
         }
     }
 
@@ -393,10 +400,36 @@ where
 
     fn switch_interrupt(&mut self, now: Cycle) {
         self.cpu.charge_interrupt(now, self.costs.switches);
-        self.wake = self.wake.min(now);
+        self.disturb(now);
         if self.shared.is_laser_off() {
             self.board.darken(now);
         }
+    }
+
+    /// Wakes the main loop for something that is no step.
+    fn disturb(&mut self, at: Cycle) {
+        self.wake = self.wake.min(at);
+        self.is_undisturbed = false;
+    }
+
+    /// Lets the main loop have a turn.
+    fn turn<H: Host>(&mut self, host: &mut H) {
+        let is_quiet = self.is_undisturbed && self.now < self.quiet_until;
+        if !(self.stepping.glides() && is_quiet && self.carry_on()) {
+            self.poll(host);
+        }
+    }
+
+    /// Lets the main loop make segments, if it has nothing else to do; returns whether it has not.
+    fn carry_on(&mut self) -> bool {
+        self.board.begin_poll(self.now);
+        let next = self.machine.carry_on(self.now.instant());
+        if let Some(next) = &next {
+            self.charge_poll();
+            self.schedule(next);
+            self.deadline = self.deadline.min(self.quiet_until);
+        }
+        next.is_some()
     }
 
     fn poll<H: Host>(&mut self, host: &mut H) {
@@ -405,15 +438,18 @@ where
         self.check_laser();
         self.show_tool();
         self.board.begin_poll(self.now);
-        let next = self.machine.poll(&mut self.board, self.now.instant());
+        let turn = self.machine.turn(&mut self.board, self.now.instant());
         self.board.show_outputs(self.now);
         if let Some(fault) = self.machine.take_fault() {
             self.board.observer.refused(self.now, &fault);
         }
         self.charge_poll();
         self.check(&counted);
-        self.schedule(&next);
-        self.exchange(host);
+        self.schedule(&turn.next);
+        let quiet_until = turn.quiet_until.map(Cycle::from_instant);
+        self.quiet_until = quiet_until.unwrap_or(Cycle::NEVER);
+        let is_silent = self.exchange(host);
+        self.is_undisturbed &= is_silent;
     }
 
     /// Tells the extension's switches where Z is.
@@ -430,6 +466,7 @@ where
         self.deadline = deadline.map_or(Cycle::NEVER, |deadline| deadline.max(soonest));
         self.is_chore = next.is_chore && !self.machine.line_goes_on();
         self.wake = if next.busy { self.now } else { Cycle::NEVER };
+        self.is_undisturbed = !next.busy;
     }
 
     /// Charges the CPU for the poll just made.

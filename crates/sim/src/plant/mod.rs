@@ -141,6 +141,16 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         }
     }
 
+    /// Makes a step of each of `motors`, as its direction pin is.
+    pub(crate) fn carry_once(&mut self, motors: MotorMask) {
+        for (motor, carriage) in self.carriages.iter_mut().enumerate() {
+            let steps = i32::from(motors.bits() >> motor & 1);
+            let by = 1 - 2 * i32::from(self.negative.bits() >> motor & 1);
+            carriage.position = carriage.position.wrapping_add(steps * by);
+            carriage.pulses += u64::from(motors.bits() >> motor & 1);
+        }
+    }
+
     /// Lets all step pins fall; returns the width of the last pulse in cycles.
     #[inline]
     pub fn fall(&mut self, now: Cycle) -> u64 {

@@ -16,7 +16,7 @@ use crate::speed::mean::Piece;
 use crate::speed::plan::Place;
 use crate::{Config, Mean, Profile, Trapezoid};
 use drive::{Drive, Goal};
-use leadscrew_stepper::{Line, MotorMask, Segment};
+use leadscrew_stepper::{Line, MotorMask, Segment, MAX_SMOOTHING_LEVEL};
 use tracer::{Along, Tracer};
 
 /// A planned move that is being executed.
@@ -176,8 +176,9 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// Hands out the next segment.
     ///
     /// The last step before the rest of a hold takes long. In that step a laser's constant power
-    /// follows the speed, so that the step gets as much energy as at the programmed feed.
-    pub(crate) fn segment(
+    /// follows the speed, so that the step gets as much energy as at the programmed feed. `LONG`: as
+    /// for [`Segmenter::next_long`](crate::Segmenter::next_long).
+    pub(crate) fn segment<const LONG: bool>(
         &mut self,
         timing: Timing,
         carry: &mut Carry,
@@ -188,7 +189,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
             Goal::Stop if self.is_in_last_step() && self.rests_after() => power.with_speed(),
             Goal::Stop | Goal::End => power,
         };
-        let piece = self.piece(timing, carry);
+        let piece = self.piece::<LONG>(timing, carry);
         let (first, power_change) = self.along.power_over(programmed, piece.speeds, piece.ticks);
         let rests = self.at_profile_end() && self.rests_after();
         Segment {
@@ -216,13 +217,18 @@ impl<const MOTORS: usize> Running<MOTORS> {
     pub(crate) fn follow(&mut self, profile: Trapezoid, timing: Timing) {
         self.profile = Profile::Trapezoid(profile);
         let (interval, rest) = divide_twice(timing.hz, self.profile.cruise());
-        self.cruise_interval = bits(interval).saturating_add_signed(if rest < 0.0 {
+        let exact = bits(interval).saturating_add_signed(if rest < 0.0 {
             -(bits(-rest) as i64)
         } else {
             bits(rest) as i64
         });
+        // Each smoothing divides it without a rest: pieces of a cruise take the same time.
+        self.cruise_interval = exact & !LEVELS;
     }
 }
+
+/// The bits of an interval that the finest smoothing cannot divide.
+const LEVELS: u64 = (1 << MAX_SMOOTHING_LEVEL) - 1;
 
 /// Timer and smoothing, from the configuration.
 #[derive(Clone, Copy, Debug)]

@@ -13,6 +13,9 @@ use leadscrew_stepper::{Early, Interval, IntervalChange, MotorMask, Smoothing};
 /// millisecond at 300 kHz has 300 step events.)
 const MOST_EVENTS: u32 = 4000;
 
+/// The longest cruise in one segment if nobody waits for its end, seconds.
+const LONGEST_CRUISE: f32 = 0.05;
+
 /// The amount by which a motor may be too early after an override in a cruise, seconds.
 ///
 /// After a step that takes `T` an override may make the next step shorter by `a·T³`. A motor that
@@ -51,7 +54,8 @@ struct Ramp {
 
 impl<const MOTORS: usize> Running<MOTORS> {
     /// The next piece: a part of a step event, or as many whole step events as a segment may have.
-    pub(super) fn piece(&mut self, timing: Timing, carry: &mut Carry) -> Piece {
+    /// With `LONG` a cruise may take [`LONGEST_CRUISE`].
+    pub(super) fn piece<const LONG: bool>(&mut self, timing: Timing, carry: &mut Carry) -> Piece {
         if self.is_for_parts(timing) || self.profile.is_open(self.drive.here) {
             if let Some(part) = self.part(timing, carry) {
                 return part;
@@ -59,25 +63,46 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
         let done = self.drive.here.step();
         let stretch = self.profile.stretch(done);
+        let most = stretch.steps.min(self.along.to_next_pixel(done));
         let events = steps(self.speed, stretch.acceleration, timing.longest_segment)
-            .min(stretch.steps)
-            .min(self.along.to_next_pixel(done))
+            .min(most)
             .clamp(1, MOST_EVENTS);
         if stretch.acceleration == 0.0 && stretch.steps > 0 {
-            self.cruise_piece(events, timing, carry)
+            let whole = if LONG {
+                self.whole_pieces(most / events, events)
+            } else {
+                1
+            };
+            self.cruise_piece([events, whole], timing, carry)
         } else {
             self.ramp_piece(events, timing, carry)
         }
     }
 
+    /// How many pieces of a cruise, `events` steps each, are one piece of [`LONGEST_CRUISE`] at most;
+    /// `all` are left.
+    fn whole_pieces(&self, all: u32, events: u32) -> u32 {
+        let most = (self.speed * LONGEST_CRUISE) as u32;
+        all.min(most.min(MOST_EVENTS) / events).max(1)
+    }
+
     /// The next `events` steps at constant speed. Their intervals are even, and known to more than
-    /// 24 bits so that no drift adds up.
-    fn cruise_piece(&mut self, events: u32, timing: Timing, carry: &mut Carry) -> Piece {
+    /// 24 bits so that no drift adds up. Becomes up to `whole` such pieces if each takes the same time
+    /// to the last bit: if there is no error to make up for.
+    #[inline(always)]
+    fn cruise_piece(
+        &mut self,
+        [events, whole]: [u32; 2],
+        timing: Timing,
+        carry: &mut Carry,
+    ) -> Piece {
         let seconds = 1.0 / self.speed;
-        self.drive.here = Place::at(self.drive.here.step() + events);
         let steady = self.drive.acceleration * seconds * seconds * seconds < 16.0 * SURPRISE;
         let evenness = if steady { 1.0 } else { NEARLY_EVEN };
         let smoothing = self.tracer.smoothing(seconds, timing, evenness);
+        let is_even = whole > 1 && carry.is_below(ticks(events, smoothing));
+        let events = if is_even { events * whole } else { events };
+        self.drive.here = Place::at(self.drive.here.step() + events);
         let ticks = ticks(events, smoothing);
         let (interval, interval_change) =
             carry.round_cruise(self.cruise_interval, smoothing.level(), ticks);
