@@ -64,6 +64,7 @@ impl Decimal {
     }
 
     /// `unit`: the value of one unit of the last printed digit, in 10⁻⁹.
+    #[inline(never)] // reports round numbers in 14 places
     fn new(value: Number, unit: i64, places: u8) -> Self {
         let nanos = value.nanos();
         let rest = nanos % unit;
