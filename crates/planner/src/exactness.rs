@@ -228,7 +228,7 @@ fn play(case: &Case, mut meddle: impl FnMut(&mut Segment<3>)) -> (Schedule, Edge
     plan(&mut running, going(1.0), timing);
     schedule.add(&running);
     while !running.at_end() {
-        let mut segment = running.segment(timing, &mut carry, Goal::End);
+        let mut segment = running.segment::<false>(timing, &mut carry, Goal::End);
         meddle(&mut segment);
         for timed in player.play(&segment) {
             for (motor, edges) in edges.iter_mut().enumerate() {
