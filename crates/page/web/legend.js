@@ -35,7 +35,9 @@ const height = (z, {mm, digits}) => String(Number((z / mm).toFixed(digits - 1)) 
  */
 export function marksOf(path, isLaser, work, unit = MM) {
   const ink = inkNow();
-  const cut = isLaser ? mark(ramp([ink.powerOff, ink.powerFull]), "laser: off to full power", "ramp") : mark(ramp(DEPTH), `${work}: ${heights(path, unit)}`, "ramp");
+  const isFlat = path.depth && path.depth[0] >= path.depth[1];
+  const [inks, shape] = isFlat ? [css(DEPTH[DEPTH.length - 1]), ""] : [ramp(DEPTH), "ramp"];
+  const cut = isLaser ? mark(ramp([ink.powerOff, ink.powerFull]), "laser: off to full power", "ramp") : mark(inks, `${work}: ${heights(path, unit)}`, shape);
   const tools = isLaser ? [] : [...path.tools].sort((a, b) => b - a);
   return [cut, ...tools.map((mm) => make("span", {text: `tool ${mm} mm`})), mark(css(ink.travel), "travel")];
 }

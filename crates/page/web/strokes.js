@@ -156,7 +156,9 @@ export class Strokes {
     gl.uniform1f(this.#place("alpha"), style.alpha);
     gl.uniform1f(this.#place("millimetre"), this.camera?.scale ?? 1);
     gl.uniform1f(this.#place("spot"), SPOT);
-    gl.uniform2fv(this.#place("depth"), style.depth);
+    // Cuts of one depth have the colour of the deepest, as the legend shows.
+    const [low, high] = style.depth;
+    gl.uniform2f(this.#place("depth"), low, high > low ? high : low + 1);
     gl.uniform1i(this.#place("laser"), style.laser ? 1 : 0);
     gl.uniform1i(this.#place("travels"), style.travels ? 1 : 0);
     gl.uniform3fv(this.#place("travel"), style.ink.travel);
