@@ -188,7 +188,6 @@ where
     }
 
     /// Does the work of [`Machine::poll`]; returns when the extension wants the next turn.
-    #[inline]
     fn work_through<B: Board>(&mut self, board: &mut B, now: Instant) -> Option<Instant> {
         self.work.polls = self.work.polls.wrapping_add(1);
         let segments = self.work.segments;

@@ -100,7 +100,6 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         self.make::<K, true>(planner)
     }
 
-    #[inline]
     fn make<K, const LONG: bool>(
         &mut self,
         planner: &mut Planner<'_, K, AXES, MOTORS>,

@@ -89,7 +89,6 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// The next `events` steps at constant speed. Their intervals are even, and known to more than
     /// 24 bits so that no drift adds up. Becomes up to `whole` such pieces if each takes the same time
     /// to the last bit: if there is no error to make up for.
-    #[inline(always)]
     fn cruise_piece(
         &mut self,
         [events, whole]: [u32; 2],
