@@ -62,7 +62,7 @@ use leadscrew_stepper::{MotorMask, OutputChange, Segment};
 /// let mut steps = steps.on(StepDir::new([(Pin::Step, Pin::Direction)]), Timer);
 /// let mut watch = switches.on(SwitchPins::new([Some(Pin::Limit)]).with_probe(Pin::Probe));
 /// let mut outputs = Outputs::<_, NoPin>::without_enable(|| { /* NVIC::pend */ });
-/// // The interrupts: `steps.tick()` is the timer's, `watch.look(now)` that of each edge.
+/// // The timer's interrupt calls `steps.tick()`, the switches' interrupt `watch.look(now)`.
 /// # macro_rules! arrive { () => { loop { match motion.poll(&mut outputs) {
 /// #   MotionStatus::Moving => { steps.tick(); watch.look(Instant::from_ticks(0)); }
 /// #   MotionStatus::Failed(fault) => return Err(fault.into()), _ => break } } } }

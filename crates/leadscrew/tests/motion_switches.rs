@@ -235,7 +235,7 @@ fn crossed_belts_home_one_axis_after_the_other() {
             [x, y, z]
         }
     }
-    // Twice the place of X is the sum of both motors, twice that of Y their difference.
+    // The motors' counts add up to twice the place of X, and differ by twice the place of Y.
     let closed = |[a, b, ..]: [i32; 4]| [a + b <= -600, a - b <= -1400, false, false, false];
     let mut rig = Rig::new(config(), Belts, [1000, 500, 0, 0], closed);
     rig.motion

@@ -146,8 +146,8 @@ impl<const AXES: usize> Move<AXES> {
     }
 }
 
-/// Returns true if a number is above 0 and finite: its bits lie between those of 0 and those of
-/// infinity, which one comparison tells.
+/// Returns true if a number is above 0 and finite. One comparison tells: positive floats have the
+/// order of their bits, 0 is the first of them, and infinity is the last.
 fn is_positive(number: f32) -> bool {
     number.to_bits().wrapping_sub(1) < f32::INFINITY.to_bits() - 1
 }

@@ -30,7 +30,7 @@ enum Skip {
 /// True if expressions are kept whole.
 const CALCULATES: bool = cfg!(feature = "linuxcnc");
 
-/// The kind of the line under way at its end.
+/// The kind of a line, which the reader knows at its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum End {
     /// A line without a comment.
@@ -95,7 +95,7 @@ pub struct LineReader<const CAPACITY: usize> {
     too_long: bool,
     /// The comment of the last line that has one.
     comment: Vec<u8, COMMENT>,
-    /// The kind of the line under way so far.
+    /// The kind of the line that is being read, by the bytes so far.
     end: End,
     /// The kind of the line that was completed last.
     last: End,

@@ -100,7 +100,7 @@ pub struct SimBoard<O, const MOTORS: usize> {
     /// The time at which the tick that was armed last is due; the wait for the next tick counts
     /// from it.
     tick_due: Cycle,
-    /// The time at which the pulse under way is to end.
+    /// The time at which the step pins are to fall.
     pulse_due: Cycle,
     /// The pulse width (`$0`) of the pulse under way, in cycles.
     pulse_width: u64,
@@ -193,7 +193,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         self.contacts.as_ref().map_or(Cycle::NEVER, Inputs::due)
     }
 
-    /// Returns when the pulse under way is to end.
+    /// Returns when the step pins are to fall.
     #[inline]
     pub(crate) fn pulse_due(&self) -> Cycle {
         self.pulse_due
@@ -219,7 +219,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         }
     }
 
-    /// Returns when the step interrupt under way writes directions and outputs: at its end.
+    /// Returns when the step interrupt writes directions and outputs: at its end.
     fn written(&self) -> Cycle {
         self.now + u64::from(self.takes)
     }

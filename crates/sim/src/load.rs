@@ -75,15 +75,15 @@ impl Cpu {
         }
     }
 
-    /// Returns when a tick that is due at `due` begins: at `due`, or when the tick under way has
-    /// ended.
+    /// Returns when a tick that is due at `due` begins: at `due`, or at the end of the tick before
+    /// it.
     #[inline]
     pub fn tick_start(&self, due: Cycle) -> Cycle {
         due.max(self.tick_until)
     }
 
-    /// Returns when the end of a pulse that is due at `due` begins: at `due`, or when the tick or
-    /// the pulse end under way has ended.
+    /// Returns when the end of a pulse that is due at `due` begins: at `due`, or once the CPU has
+    /// done the tick or the pulse end before it.
     #[inline]
     pub fn pulse_end_start(&self, due: Cycle) -> Cycle {
         due.max(self.timer_until)

@@ -1,5 +1,6 @@
-//! Lengths that follow from the settings. Each line needs them. Dividing anew for each line took 20
-//! to 30 % of the instructions of a check (`callgrind`, docs/benchmarks.md).
+//! Lengths that follow from the settings. The checker needs them at each line, and computes them
+//! once: divisions at each line took 20 to 30 % of the instructions of a check (`callgrind`,
+//! docs/benchmarks.md).
 
 use super::{mm, Checker, Finding, LineFaultKind};
 use leadscrew_machine::home::{self, Bounds};

@@ -61,8 +61,8 @@ where
         self.program.planner.len() != moves
     }
 
-    /// Returns true if the program's motion is under way, and nothing ends it or waits for it to
-    /// begin.
+    /// Returns true if the step interrupt makes the program's moves, and no hold or stop slows them
+    /// down.
     pub(crate) fn goes_on(&self) -> bool {
         let runs = self.driver == Driver::Program && self.shared.is_running();
         runs && !self.stopping && !self.program.segmenter.is_held()
