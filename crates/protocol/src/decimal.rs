@@ -64,7 +64,7 @@ impl Decimal {
     }
 
     /// `unit`: the value of one unit of the last printed digit, in 10⁻⁹.
-    #[inline(never)] // reports round numbers in 14 places
+    #[inline(never)] // inlined, an image with a record takes 1076 bytes more
     fn new(value: Number, unit: i64, places: u8) -> Self {
         let nanos = value.nanos();
         let rest = nanos % unit;

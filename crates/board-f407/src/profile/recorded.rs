@@ -110,7 +110,7 @@ pub(crate) fn check(bytes: &[u8]) -> Result<(), Refusal> {
 }
 
 /// The content of the record in force, or a board without pins. Any context.
-#[inline(never)] // it is asked for in 23 places
+#[inline(never)] // inlined, an image with a record takes 600 bytes more
 pub(crate) fn content() -> &'static Content {
     match IN_FORCE.load(Relaxed) {
         0 => &Content::NONE,

@@ -17,7 +17,6 @@ where
     X: Extension<AXES>,
 {
     /// Changes the state, and the laser's gate with it.
-    #[inline(never)] // 17 places enter a state
     pub(crate) fn enter(&mut self, state: State) {
         self.history.leaves(self.state);
         self.state = state;
