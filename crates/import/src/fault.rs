@@ -61,7 +61,9 @@ impl Faults {
         let mut causes: Vec<Cause<'_>> = Vec::new();
         let mut places = HashMap::new();
         for fault in &self.0 {
-            let place = *places.entry(fault.message.as_str()).or_insert(causes.len());
+            let place = *places
+                .entry(without_place(&fault.message))
+                .or_insert(causes.len());
             match causes.get_mut(place) {
                 Some(cause) => {
                     cause.last = Some((cause.last.map_or(1, |(more, _)| more + 1), fault.line))
@@ -73,6 +75,19 @@ impl Faults {
             }
         }
         causes
+    }
+}
+
+/// A message without the length that it begins with, such as `X1234`: other lines make the same
+/// mistake with another one.
+fn without_place(message: &str) -> &str {
+    match message.split_once(": ") {
+        Some((word, rest))
+            if word.starts_with(['X', 'Y', 'Z', 'I', 'J', 'C']) && !word.contains(' ') =>
+        {
+            rest
+        }
+        _ => message,
     }
 }
 
@@ -146,5 +161,22 @@ mod tests {
                 "f:12:1: c",
             ]
         );
+    }
+
+    #[test]
+    fn lengths_with_one_mistake_are_shown_once() {
+        let faults = [
+            (3, "X12: is short"),
+            (4, "Y9: is short"),
+            (5, "T2: is short"),
+        ];
+        let faults = Faults(
+            faults
+                .map(|(line, what)| Fault::new(line, 1, what))
+                .to_vec(),
+        );
+        let shown = faults.show("f", "");
+        assert_eq!(shown.matches("is short").count(), 2, "{shown}");
+        assert!(shown.contains("once more: line 4"), "{shown}");
     }
 }

@@ -17,7 +17,10 @@ fn drawing(name: &str) -> Drawing {
 /// The shapes of a file, as text with their tool's diameter: `0.8: 12.7 5.08`, and `1: 5 5 to 6 5`
 /// for slots and routes.
 fn shown(name: &str) -> Vec<String> {
-    let drawing = drawing(name);
+    shapes(&drawing(name))
+}
+
+fn shapes(drawing: &Drawing) -> Vec<String> {
     let hits = drawing.hits.iter().map(|hit| {
         let diameter = drawing.tools[&hit.tool].diameter;
         let diameter = diameter.map_or("?".to_owned(), |diameter| diameter.to_string());
@@ -417,4 +420,64 @@ fn a_tool_without_diameter_and_holes_is_left_out_and_its_hole_is_an_error() {
     assert_eq!((faults.len(), faults[0].line), (1, 7));
     assert!(faults[0].message.contains("T1C0.8"), "{faults:?}");
     assert!(read(&text.replace("C0.000", "C-0.1"), &Known::default()).is_err());
+}
+
+#[test]
+fn mentor_names_its_unit_below_its_tools() {
+    let text = "M48\nT01C.9\nT02C1.1\nR,H\n/\n%\nG90\nM71\nG93X000000Y000000\nG05\nT01\nX12500Y6200\nY3700\nT02\nX10000Y20000\nT00\nM30\n";
+    assert_eq!(
+        shapes(&read(text, &Known::default()).unwrap()),
+        ["0.9: 12.5 6.2", "0.9: 12.5 3.7", "1.1: 10 20"]
+    );
+    let inch = text.replace("M71", "M72");
+    let found = read(&inch, &Known::default()).unwrap();
+    assert_eq!(shapes(&found)[2], "27.94: 25.4 50.8");
+    assert!(
+        found.notes[0].contains("as inch, which line 8"),
+        "{found:?}"
+    );
+    // Two units above the first hole: nobody can know which one the tools have.
+    let two = text.replace("M71\n", "M71\nM72\n");
+    assert!(faults(&two)[0].2.contains("--units"));
+}
+
+#[test]
+fn allegro_has_its_diameters_in_comments() {
+    let text = ";LEADER: 12\n\
+        ;T01 Holesize 1. = 12.000000 Tolerance = +0.000000/-0.000000 PLATED MILS Quantity = 2\n\
+        ;T02 Holesize 2. = 1.016000 Tolerance = +0.000000/-0.000000 PLATED MM Quantity = 1\n\
+        %\nG90\nT01\nX004450Y000210\nR01X-000300\nT02\nX015250Y003500\nM30\n";
+    let found = read(text, &Known::default()).unwrap();
+    assert_eq!(
+        shapes(&found),
+        [
+            "0.3048: 11.303 0.5334",
+            "0.3048: 10.541 0.5334",
+            "1.016: 38.735 8.89"
+        ]
+    );
+    let note = "T1: 0.3048 mm, as the comment in line 2 says";
+    assert!(found.notes.iter().any(|one| one == note), "{found:?}");
+    // A diameter of the header counts more, and a comment without one says nothing.
+    let told = text.replace("%\n", "%\nT01C0.02\nT02C0.04\n");
+    assert_eq!(
+        shapes(&read(&told, &Known::default()).unwrap())[0],
+        "0.508: 11.303 0.5334"
+    );
+    let none = text
+        .replace("Holesize 1. =", "Holesize 1.")
+        .replace(" 1.016000", " 0.000000");
+    assert_eq!(
+        shapes(&read(&none, &Known::default()).unwrap())[0],
+        "?: 11.303 0.5334"
+    );
+}
+
+#[test]
+fn a_tool_that_is_up_is_lifted_once_more_and_nothing_happens() {
+    let text = "%\nG90\nF1\nM16\nT01\nM16\nG00X029100Y011200\nG40\nM15\nG01X029100Y013600\nM16\nG40\nM30\n";
+    assert_eq!(
+        shapes(&read(text, &Known::default()).unwrap()),
+        ["?: 73.914 28.448 cut 73.914 34.544"]
+    );
 }

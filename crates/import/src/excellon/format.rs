@@ -117,18 +117,25 @@ pub(super) struct Format {
     zeros: Option<Fact<Zeros>>,
     /// The fact that the numbers show, and the line of the first number that shows it.
     shown: Option<(Zeros, usize)>,
+    /// The unit that the file names below, and its line.
+    ahead: Option<(Units, usize)>,
     /// True if there was an `M48`: after it, a unit has to be given.
     pub(super) has_header: bool,
 }
 
 impl Format {
-    pub(super) fn new(told: &Known, shown: Option<(Zeros, usize)>) -> Self {
+    pub(super) fn new(
+        told: &Known,
+        shown: Option<(Zeros, usize)>,
+        ahead: Option<(Units, usize)>,
+    ) -> Self {
         Self {
             told: *told,
             units: None,
             digits: None,
             zeros: None,
             shown,
+            ahead,
             has_header: false,
         }
     }
@@ -167,9 +174,17 @@ impl Format {
         Ok(())
     }
 
-    /// The unit of lengths. In a file without a header it is the inch, as in all such files.
+    /// The unit of lengths: the last one, or else the one that the file names below, as Mentor's
+    /// tools stand above it. In a file without header and unit it is the inch, as in all such
+    /// files.
     pub(super) fn units(&self, notes: &mut Notes) -> Result<Units, String> {
         if let Some(units) = self.told.units.or(self.units.map(|fact| fact.value)) {
+            return Ok(units);
+        }
+        if let Some((units, line)) = self.ahead {
+            notes.add(format!(
+                "tools above the unit are read as {units}, which line {line} names"
+            ));
             return Ok(units);
         }
         if self.has_header {
@@ -294,7 +309,7 @@ mod tests {
             digits: Some(digits.parse().unwrap()),
             zeros,
         };
-        let format = Format::new(&told, None);
+        let format = Format::new(&told, None, None);
         let length = format.length(text, &mut Notes::default());
         length.map(|length| length.to_string())
     }

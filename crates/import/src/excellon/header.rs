@@ -37,6 +37,8 @@ impl Reader {
                 Ok(())
             }
             ("FMAT", "2") | ("VER", "1") => Ok(()),
+            // Counters of the machine, which a header sets back.
+            ("R", "C" | "CP" | "CR" | "D" | "H") => Ok(()),
             ("DETECT" | "ATC" | "TCST" | "AFS" | "SBK", _) => Ok(()),
             ("FMAT" | "VER" | "ICI", _) => Err(Wrong::at(
                 column,

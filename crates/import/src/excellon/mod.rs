@@ -14,7 +14,7 @@
 //! ```
 //!
 //! There is no standard that all programs follow. This module reads the files of KiCad, Eagle,
-//! Altium and FlatCAM, and files without a header as older programs wrote them. `docs/import.md`
+//! Altium, Allegro, Mentor and FlatCAM, and files without a header as older programs wrote them. `docs/import.md`
 //! lists how each statement is read.
 
 mod bend;
@@ -79,7 +79,7 @@ pub fn read(text: &str, known: &Known) -> Result<Drawing, Faults> {
 /// Reads a file; returns the drawing and its faults. Each line is either understood completely or
 /// is a fault.
 pub fn read_all(text: &str, known: &Known) -> (Drawing, Faults) {
-    let mut reader = Reader::new(known, evidence::zeros(text));
+    let mut reader = Reader::new(known, evidence::zeros(text), evidence::unit(text));
     for (index, line) in text.lines().enumerate() {
         reader.line(index + 1, line);
     }

@@ -49,8 +49,12 @@ impl Reader {
     fn statement(&mut self, line: &str) -> Result<(), Wrong> {
         let (statement, remark) = line.split_once(';').unwrap_or((line, ""));
         self.said(&comment::read(remark), 1, Source::Comment)?;
+        if let Some((number, diameter)) = comment::tool(remark) {
+            self.listed.entry(number).or_insert((diameter, self.line));
+        }
         let trimmed = statement.trim();
-        if trimmed.is_empty() || is_parenthesised(trimmed) {
+        // A `/` alone clears the links of tools.
+        if matches!(trimmed, "" | "/") || is_parenthesised(trimmed) {
             return Ok(());
         }
         if trimmed == "%" {
@@ -103,12 +107,10 @@ impl Reader {
             72 => self.unit(Units::Inch, word.column, Source::Code)?,
             6 => {}
             15 => return self.lower(word),
-            16 => return self.lift(word),
-            // Altium lifts twice: `M16`, and `M17` behind it.
-            17 if matches!(self.now.mode, Mode::Up(_)) => {}
-            17 => return self.lift(word),
+            // Some programs lift a tool that is up: Altium twice, Allegro above each tool.
+            16 | 17 => return self.lift(word),
             0 | 30 => {
-                self.end_path(word)?;
+                self.lift(word)?;
                 self.now.stage = Stage::Ended;
             }
             1 | 2 | 8 | 25 | 31 => {

@@ -1,13 +1,14 @@
 //! The state of a file that is being read, and the shapes read so far.
 
 use super::fact::{Place, Source};
-use super::format::{Format, Known, Notes, Zeros};
+use super::format::{Format, Known, Notes, Units, Zeros};
 use super::shape::{Cut, Shape};
 use super::tool::Tool;
 use super::word::Word;
 use super::wrong::Wrong;
 use super::{Drawing, Hit};
 use crate::{Fault, Mm, Point};
+use std::collections::BTreeMap;
 
 /// The most shapes: more than any board has. The limit is needed because a repeat may ask for any
 /// number.
@@ -71,15 +72,21 @@ pub(super) struct Reader {
     /// Cuts of the path that is not finished yet.
     pub(super) cuts: Vec<Cut>,
     pub(super) line: usize,
+    /// Diameters that comments state by the tools' numbers, each with its line.
+    pub(super) listed: BTreeMap<u32, (Mm, usize)>,
     pub(super) drawing: Drawing,
     pub(super) notes: Notes,
     pub(super) faults: Vec<Fault>,
 }
 
 impl Reader {
-    pub(super) fn new(known: &Known, shown: Option<(Zeros, usize)>) -> Self {
+    pub(super) fn new(
+        known: &Known,
+        shown: Option<(Zeros, usize)>,
+        ahead: Option<(Units, usize)>,
+    ) -> Self {
         let now = State {
-            format: Format::new(known, shown),
+            format: Format::new(known, shown, ahead),
             stage: Stage::Start,
             is_incremental: false,
             tool: None,
@@ -90,6 +97,7 @@ impl Reader {
             now,
             cuts: Vec::new(),
             line: 1,
+            listed: BTreeMap::new(),
             drawing: Drawing::default(),
             notes: Notes::default(),
             faults: Vec::new(),
@@ -166,7 +174,10 @@ impl Reader {
     pub(super) fn hit(&mut self, words: &[Word], shape: Shape) -> Result<(), Wrong> {
         let column = words.first().map_or(1, |word| word.column);
         let Some(tool) = self.now.tool else {
-            return Err(Wrong::at(column, "no tool was chosen for this hole"));
+            return Err(Wrong::at(
+                column,
+                "no tool was chosen for this hole: add a line such as T1 above it",
+            ));
         };
         if self.drawing.tools.get(&tool).is_some_and(Tool::is_empty) {
             let message =

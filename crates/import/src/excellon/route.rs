@@ -45,10 +45,11 @@ impl Reader {
         Ok(())
     }
 
-    /// Reads `M16`, which lifts the tool. A path without a cut is a hole.
+    /// Reads `M16` and the end of the program, before which some programs write no `M16`: it lifts
+    /// the tool if it is down. A path without a cut is a hole.
     pub(super) fn lift(&mut self, word: &Word) -> Result<(), Wrong> {
         let Mode::Down(motion, from) = self.now.mode else {
-            return Err(word.wrong("lifts a router that is not down (M15)"));
+            return Ok(());
         };
         self.now.mode = Mode::Up(motion);
         let shape = match self.cuts.as_slice() {
@@ -61,14 +62,6 @@ impl Reader {
         self.hit(std::slice::from_ref(word), shape)?;
         self.cuts.clear();
         Ok(())
-    }
-
-    /// Lifts the tool at the end of the program: some programs write no `M16` before it.
-    pub(super) fn end_path(&mut self, word: &Word) -> Result<(), Wrong> {
-        match self.now.mode {
-            Mode::Down(..) => self.lift(word),
-            Mode::Drill | Mode::Up(_) => Ok(()),
-        }
     }
 
     /// Refuses a statement while the router is down: a path has to end before another tool and

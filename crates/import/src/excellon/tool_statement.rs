@@ -123,6 +123,18 @@ impl Reader {
         if number == 0 || self.drawing.tools.contains_key(&number) {
             return Ok(());
         }
+        if let Some((diameter, line)) = self.listed.get(&number).copied() {
+            self.notes.add(format!(
+                "T{number}: {diameter} mm, as the comment in line {line} says"
+            ));
+            let diameter = Some(diameter);
+            let tool = Tool {
+                diameter,
+                ..Tool::default()
+            };
+            self.insert(name, number, tool);
+            return Ok(());
+        }
         let is_listed = |tool: &Tool| *tool == Tool::default();
         if self.drawing.tools.values().all(is_listed) {
             self.notes
