@@ -35,6 +35,32 @@ export const viewCases = [
     },
   },
   {
+    name: "the chart's legend has the chart's colours; the state is words with a name, no button; the tabs stand in one row",
+    only: "server",
+    async run({page}) {
+      await isState(page, "Idle");
+      assert.deepEqual(await page.locator(".chart .legend span").allTextContents(), ["feed", "power, full at the top"]);
+      const colours = await page.evaluate(() => {
+        const marks = [...document.querySelectorAll(".chart .legend i")].map((one) => getComputedStyle(one).backgroundColor);
+        const wanted = ["--accent", "--chart-power"].map((name) => {
+          const probe = document.body.appendChild(document.createElement("i"));
+          probe.style.background = `var(${name})`;
+          return getComputedStyle(probe).backgroundColor;
+        });
+        return [marks, wanted];
+      });
+      assert.deepEqual(colours[0], colours[1]);
+      assert.equal(await page.locator(".state").innerText(), "State\nIdle");
+      const look = await page.evaluate(() => {
+        const {borderTopWidth, borderRadius, backgroundColor} = getComputedStyle(document.querySelector(".state"));
+        return [borderTopWidth, borderRadius, backgroundColor];
+      });
+      assert.deepEqual(look, ["0px", "0px", "rgba(0, 0, 0, 0)"]);
+      const rows = await page.evaluate(() => [...document.querySelectorAll('[role="tab"]')].map((one) => one.getBoundingClientRect().top));
+      assert.deepEqual(rows.filter((top) => top !== rows[0]), []);
+    },
+  },
+  {
     name: "in inches ($13) readings, feed, jog and the picture are in inches, and the machine goes as far",
     machine: MACHINE,
     async run({page, shoot}) {

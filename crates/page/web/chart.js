@@ -47,7 +47,7 @@ export class Chart {
     const end = this.#past.at(-1)?.seconds ?? 0;
     const highest = Math.max(100, ...this.#past.map((one) => one.feed)) / this.unit.mm;
     this.#most = highest > this.#most ? round(highest) : highest < this.#most * 0.4 ? round(highest) : this.#most;
-    const [left, right, top, floor] = [52, width - 8, 8, height - 18];
+    const [left, right, top, floor] = [52, width - 8, 20, height - 18];
     const x = (/** @type {number} */ seconds) => right - ((end - seconds) / SECONDS) * (right - left);
     const y = (/** @type {number} */ share) => floor - share * (floor - top);
     pen.font = "11px system-ui, sans-serif";
