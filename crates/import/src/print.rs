@@ -151,7 +151,7 @@ impl Printer {
         }
         let fate = fate(&upper).ok_or_else(|| {
             let shown = if code.is_empty() { text.trim() } else { code };
-            (column, format!("{shown} has no counterpart"))
+            (column, unknown(shown, named))
         })?;
         let behind = &text[start + code.len()..];
         match fate {
@@ -383,6 +383,22 @@ fn canonical(code: &str) -> String {
     format!("{}{zero}{digits}", letter.to_ascii_uppercase())
 }
 
+/// Says why a command is refused, and what helps. `named` is its first word.
+fn unknown(code: &str, named: &str) -> String {
+    let is_word = |c: char| c.is_ascii_alphabetic() || c == '_';
+    if named.len() > 1 && named.chars().take(2).all(is_word) {
+        return format!(
+            "{named} is a macro that only the printer's host has: write its commands in its place"
+        );
+    }
+    let why = match code {
+        "G10" | "G11" => ": let the slicer write retractions as moves of E",
+        _ if code.starts_with(['T', 't']) => ": there is one extruder, T0",
+        _ => "",
+    };
+    format!("{code} has no counterpart{why}")
+}
+
 /// Returns true for a command in words that tunes or informs a printer's host.
 fn is_host_command(name: &str) -> bool {
     const HOST: [&str; 7] = [
@@ -431,14 +447,15 @@ fn thousandth(number: Number) -> Option<Number> {
 }
 
 /// Commands that only tune or tend a printer: its motors, limits, controllers, mesh, counters,
-/// lights and messages. `M141` and `M191` heat a chamber that no machine here has.
-const DROPPED: [&str; 66] = [
-    "G12", "G29", "G34", "G80", "M17", "M18", "M73", "M74", "M75", "M76", "M77", "M78", "M84",
-    "M85", "M92", "M110", "M111", "M113", "M115", "M141", "M150", "M155", "M191", "M200", "M201",
-    "M202", "M203", "M204", "M205", "M206", "M207", "M208", "M209", "M211", "M218", "M300", "M301",
-    "M302", "M304", "M350", "M401", "M402", "M403", "M412", "M413", "M414", "M420", "M421", "M425",
-    "M486", "M500", "M501", "M503", "M555", "M569", "M572", "M592", "M593", "M851", "M862.1",
-    "M862.3", "M862.6", "M900", "M906", "M907", "T0",
+/// lights, power and messages. `M141` and `M191` heat a chamber that no machine here has.
+const DROPPED: [&str; 80] = [
+    "G12", "G29", "G34", "G80", "M17", "M18", "M73", "M74", "M75", "M76", "M77", "M78", "M80",
+    "M81", "M84", "M85", "M92", "M108", "M110", "M111", "M113", "M114", "M115", "M119", "M122",
+    "M141", "M150", "M155", "M191", "M200", "M201", "M202", "M203", "M204", "M205", "M206", "M207",
+    "M208", "M209", "M211", "M218", "M240", "M280", "M300", "M301", "M302", "M304", "M350", "M355",
+    "M401", "M402", "M403", "M412", "M413", "M414", "M420", "M421", "M425", "M486", "M500", "M501",
+    "M503", "M540", "M555", "M566", "M569", "M572", "M592", "M593", "M665", "M666", "M851",
+    "M862.1", "M862.3", "M862.6", "M900", "M906", "M907", "M913", "T0",
 ];
 
 /// The treatment of a command; `None` if Grbl has nothing like it.
@@ -651,5 +668,20 @@ mod tests {
             assert_eq!((faults[0].line, faults[0].column), (1, column), "{text}");
         }
         assert_eq!(made("G4 P0"), ["G4 P0"]);
+    }
+
+    #[test]
+    fn a_refused_command_says_what_helps() {
+        for (line, part) in [
+            ("PRINT_START BED=60", "PRINT_START is a macro"),
+            ("_purge", "_purge is a macro"),
+            ("G10", "moves of E"),
+            ("T1", "one extruder"),
+            ("M1002 gcode_claim_action : 2", "M1002 has no counterpart"),
+        ] {
+            let faults = job(line, &Options::default()).expect_err(line);
+            assert!(faults.0[0].message.contains(part), "{line}: {faults:?}");
+        }
+        assert_eq!(made("M80\nM355 S1\nM280 P0 S160\nM566 X1\nM81"), [""; 0]);
     }
 }
