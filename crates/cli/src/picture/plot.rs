@@ -98,15 +98,24 @@ impl<'a> Plot<'a> {
         }
     }
 
-    /// The titles of the axes, with the extent of the work.
+    /// The titles of the axes, with the extent of the work. If the place in the machine is known,
+    /// they say that they count from its zero.
     pub(super) fn titles(&self) -> [String; 2] {
-        [("X mm", 0), ("Y mm", 1)].map(|(name, axis)| match extent(self.path, &self.holes, axis) {
-            Some(ends) => {
-                let [low, high] = ends.map(|end| label((f64::from(end) * 100.0).round() / 100.0));
-                format!("{name} ({} from {low} to {high})", self.work)
-            }
-            None => name.to_owned(),
-        })
+        let whose = if self.travel.is_some() {
+            "machine "
+        } else {
+            ""
+        };
+        [("X", 0), ("Y", 1)].map(
+            |(axis, index)| match extent(self.path, &self.holes, index) {
+                Some(ends) => {
+                    let [low, high] =
+                        ends.map(|end| label((f64::from(end) * 100.0).round() / 100.0));
+                    format!("{whose}{axis} mm ({} from {low} to {high})", self.work)
+                }
+                None => format!("{whose}{axis} mm"),
+            },
+        )
     }
 
     fn at(&self, point: [f32; 2]) -> [f64; 2] {

@@ -78,7 +78,7 @@ mod tests {
             "a &lt; b &amp; c",
             ">\ntravel\n<",
             "cut at Z -1",
-            "X mm (cut from 0 to 20)",
+            ">\nX mm (cut from 0 to 20)",
         ] {
             assert!(svg.contains(part), "{part}");
         }
@@ -108,7 +108,7 @@ mod tests {
                 "travel of the axes",
                 &format!("height=\"{side}\""),
                 "extruded at Z -1",
-                &format!("X mm (extruded from {from} to {to})"),
+                &format!("machine X mm (extruded from {from} to {to})"),
             ] {
                 assert!(near.contains(part), "{part} in {near}");
             }

@@ -126,6 +126,45 @@ fn a_real_baud_rate_takes_longer_than_a_link_that_never_waits() {
 }
 
 #[test]
+fn a_picture_shows_the_travel_if_the_place_in_it_is_known() {
+    let folder = Folder::new();
+    let machine = |homes: bool| {
+        let axis = |letter: &str| {
+            format!(
+                "[axes.{letter}]\nsteps_per_mm = 80\ntravel = 100\nrate_mm_min = 12000\n\
+                 acceleration_mm_s2 = 1500\nhome = \"low\"\nstart = 5\nlimits = {{ low = 0 }}\n"
+            )
+        };
+        let text = format!(
+            "name = \"box\"\n[homing]\non = {homes}\norder = [\"xy\"]\n{}{}",
+            axis("x"),
+            axis("y")
+        );
+        folder.file(&format!("{homes}.toml"), text)
+    };
+    let cut = "G10 L20 P1 X0 Y0\nG0 X5 Y5\nM3 S500\nG1 X60 F3000\nG1 Y50\nM5\nM2\n";
+    let homed = folder.file("homed.nc", format!("$H\n{cut}"));
+    let unknown = folder.file("unknown.nc", cut);
+    for (job, homes, shows) in [
+        (&homed, true, true),
+        (&unknown, true, false),
+        (&unknown, false, false),
+    ] {
+        for command in ["run", "check"] {
+            let output = leadscrew(&[command, job, "--machine", &machine(homes), "--svg", "-"]);
+            let svg = stdout(&output);
+            assert_eq!(svg.contains("travel of the axes"), shows, "{command} {svg}");
+            // Homing ends 1 mm from the switch at -100, and work zero is there.
+            let title = match shows {
+                true => "machine X mm (cut from -94 to -39)",
+                false => ">\nX mm (cut from 5 to 60)",
+            };
+            assert!(svg.contains(title), "{command}: {title} in {svg}");
+        }
+    }
+}
+
+#[test]
 fn picture_and_waveform_are_written() {
     let folder = Folder::new();
     let job = folder.file("job.nc", SQUARE);
