@@ -14,22 +14,27 @@
 //!
 //! Motion out of rest waits for lines that come together ([`Start`]).
 
+mod drivers;
 mod feed;
+mod feeder;
 pub(crate) mod measure;
 mod place;
+mod power_rule;
 mod reserve;
 
 use crate::board::{Duration, Instant};
 use crate::config::{MoveQueues, SegmentSender, ASIDE_MOVES};
 use crate::home::Bounds;
-use feed::{Drivers, Feeder};
+use drivers::Drivers;
+use feeder::Feeder;
 use leadscrew_planner::{
     Ahead, Config, ConfigError, Coordinate, CornerRule, Curve, Feed, Kinematics, Move, Outline,
     Overrides, PixelQueue, Planner, PowerLead, PushError, Pushed, Segmenter, LONGEST_LEAD,
 };
 use leadscrew_stepper::{OutputChange, Power, Shared};
 
-pub(crate) use feed::{Hunger, PowerRule};
+pub(crate) use feeder::Hunger;
+pub(crate) use power_rule::PowerRule;
 use reserve::Reserve;
 
 /// The speed of the machine's own motion at `rate`, mm/min: no slower than Grbl's slowest, 1 mm/min,

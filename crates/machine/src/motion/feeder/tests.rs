@@ -2,35 +2,9 @@ use super::*;
 use crate::config::SegmentQueue;
 use core::num::NonZeroU16;
 use leadscrew_stepper::{
-    Early, Interval, IntervalChange, MotorMask, OutputChange, PowerScale, Smoothing,
+    Early, Interval, IntervalChange, MotorMask, OutputChange, Power, PowerChange, Smoothing,
 };
 use proptest::prelude::*;
-
-#[test]
-fn the_override_scales_power_up_to_full() {
-    let half = scaled(Power::FULL, 50);
-    assert_eq!(half.level(PowerScale::new(1000)), 500);
-    assert_eq!(scaled(half, 150).level(PowerScale::new(1000)), 750);
-    assert_eq!(scaled(half, 200), Power::FULL);
-    assert_eq!(scaled(Power::FULL, 200), Power::FULL);
-}
-
-#[test]
-fn motors_that_are_always_enabled_wait_for_nothing() {
-    let drivers = Drivers {
-        enabled: true,
-        idle_since: Some(Instant::from_ticks(5)),
-    };
-    assert_eq!(drivers.rest_at(|| ALWAYS, false), None);
-    assert_eq!(
-        drivers.rest_at(|| 25, false),
-        Some(Instant::from_ticks(25_005))
-    );
-    assert_eq!(
-        drivers.rest_at(|| ALWAYS, true),
-        Some(Instant::from_ticks(255_005))
-    );
-}
 
 fn segment(ticks: u16, interval: u32, change: f64) -> Segment<1> {
     Segment {
