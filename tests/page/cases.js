@@ -284,7 +284,7 @@ export const cases = [
       assert.equal(await text(page, axis("X")), "15.000");
       assert.equal(await page.evaluate(() => globalThis.leadscrew.trace.count), 4);
       // The line that is refused is the file's.
-      await dropAndTime(page, "stops.ngc", "o1 repeat [2]\nG1 X0 F600\no1 endrepeat\nG4 P9\n");
+      await dropAndTime(page, "stops.ngc", "o1 repeat [2]\nG1 X0 F60\no1 endrepeat\nG4 P9\n");
       await start(page);
       await isState(page, "Run");
       await reset(page);

@@ -150,10 +150,11 @@ export const dialogueCases = [
     machine: MACHINE,
     async run({page}) {
       await isState(page, "Idle");
-      await dropAndTime(page, "job.nc", `G21 G90\nF1200\n${"G1 X20\nX0\n".repeat(20)}`);
+      await dropAndTime(page, "job.nc", `G21 G90\nF1200\n${"G1 X20\nX0\n".repeat(60)}`);
       await page.getByRole("button", {name: "Run", exact: true}).click();
       await isState(page, "Run");
       await page.getByRole("button", {name: "Connect…"}).click();
+      await isOpen(page, "ports");
       await page.keyboard.press("Escape");
       await isClosed(page, "ports");
       assert.match(await text(page, "#state"), /^Run/);

@@ -34,12 +34,34 @@ export const text = (page, selector) => page.locator(selector).textContent();
 
 export const number = async (page, selector) => Number.parseFloat(await text(page, selector));
 
-export const isState = (page, name) => page.waitForFunction((name) => document.getElementById("state").textContent.startsWith(name), name);
+/** In the page, before its own code: keeps all that the state and the account of the job read, one text after the other. */
+export function keepsPast() {
+  const kept = Object.fromEntries(["state", "job-time"].map((id) => [id, {texts: [], seen: 0}]));
+  globalThis.past = kept;
+  new MutationObserver(() => {
+    for (const [id, {texts}] of Object.entries(kept)) {
+      const text = document.getElementById(id)?.textContent ?? "";
+      if (text !== texts.at(-1)) texts.push(text);
+    }
+  }).observe(document, {subtree: true, childList: true, characterData: true});
+}
+
+/** Waits until one of these reads so, or has done so since it was last waited for: what goes by while nobody looks counts. */
+const hasRead = (page, id, words) => page.waitForFunction(([id, words]) => {
+  const kept = globalThis.past[id];
+  const is = new RegExp(words);
+  const isNow = is.test(document.getElementById(id).textContent);
+  const at = isNow ? Math.max(kept.texts.length - 1, 0) : kept.texts.findIndex((text, at) => at > kept.seen && is.test(text));
+  if (at >= 0) kept.seen = at;
+  return at >= 0;
+}, [id, words]);
+
+export const isState = (page, name) => hasRead(page, "state", `^${name}`);
 
 /** The account of the job reads so. */
 export async function reads(page, words) {
   try {
-    await page.waitForFunction((words) => new RegExp(words).test(document.getElementById("job-time").textContent), words);
+    await hasRead(page, "job-time", words);
   } catch (error) {
     throw new Error(`${words} is not what it reads: ${await text(page, "#state")}, ${await text(page, "#job-time")}`, {cause: error});
   }
