@@ -33,7 +33,8 @@ const USAGE: &str = "usage: cargo xtask COMMAND
                        --baud RATE, --report FILE
     thumb [FILE...]    build libraries and firmware for the microcontroller, and check what is in
                        them; with FILEs, check the firmware in these files and build none
-    targets            check the libraries for other processors
+    targets [TARGET...]
+                       check the libraries for other processors, all or those named
     api                compare what the facade shows to its users with crates/leadscrew/api.txt
     circles            look for files of a crate that import each other in a circle
     boards             build the boards in examples/boards, run them in emulators, and watch their
@@ -67,7 +68,7 @@ fn main() -> ExitCode {
         ["page", _] | ["page", _, _] => page::run(&arguments[1..]),
         ["release", ..] => release::run(&arguments[1..]),
         ["senders", ..] => senders::run_all(&arguments[1..]),
-        ["targets"] => targets::run(),
+        ["targets", ..] => targets::run(&arguments[1..]),
         ["thumb", ..] => thumb::run(&arguments[1..]),
         ["--help" | "-h" | "help"] => {
             println!("{USAGE}");

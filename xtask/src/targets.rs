@@ -1,4 +1,5 @@
-//! `cargo xtask targets`: checks the libraries for processors other than the F407's.
+//! `cargo xtask targets [TARGET...]`: checks the libraries for processors other than the F407's, and
+//! the simulator for a browser; or only for the targets that are named.
 use crate::{
     failure::Failure,
     shell,
@@ -33,10 +34,25 @@ const LIBRARY: &str = "leadscrew";
 /// files nor threads nor a clock.
 const SIMULATOR: &str = "leadscrew-wasm";
 
-/// Checks every target.
-pub(crate) fn run() -> Result<(), Failure> {
+/// Checks the targets that are named, or every one and the simulator.
+///
+/// # Errors
+/// A name is none of [`TARGETS`], or a library does not compile.
+pub(crate) fn run(names: &[String]) -> Result<(), Failure> {
+    let is_known = |name: &&String| TARGETS.iter().any(|(target, _)| target == name);
+    if let Some(name) = names.iter().find(|name| !is_known(name)) {
+        let known = TARGETS.map(|(target, _)| target).join(", ");
+        return Err(Failure::finding(format!(
+            "no target '{name}'; there are: {known}"
+        )));
+    }
     for (target, features) in TARGETS {
-        check(LIBRARY, target, features, Toolchain::cargo)?;
+        if names.is_empty() || names.iter().any(|name| name == target) {
+            check(LIBRARY, target, features, Toolchain::cargo)?;
+        }
+    }
+    if !names.is_empty() {
+        return Ok(());
     }
     check(SIMULATOR, BROWSER, &[], Toolchain::cargo_with_std)
 }
