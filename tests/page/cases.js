@@ -133,7 +133,7 @@ const ENDS = Object.entries({
   },
   "a probe that touches nothing": {job: "G21 G90\nG1 X5 F3000\nG38.2 Z-1 F600\n", act: () => {}, ends: "^stopped by ALARM:5 at line 3$", unlocks: unlock},
   "a probe that touches too early": {
-    job: "G21 G90\nG1 X80 F1200\nG38.2 Z-1 F600\n", ends: "^stopped by ALARM:4 at line 3$", unlocks: unlock,
+    job: "G21 G90\nG1 X80 F400\nG38.2 Z-1 F600\n", ends: "^stopped by ALARM:4 at line 3$", unlocks: unlock,
     act: ({page}) => press(page, "Probe"),
   },
   "sleep": {job: "G21 G90\nG1 X5 F3000\nG4 P0\n$SLP\n", act: () => {}, ends: "^stopped by Sleep at line 4$"},
