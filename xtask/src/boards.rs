@@ -51,6 +51,8 @@ struct Emulated {
     emulator: Emulator,
     /// The edges of a trace.
     edges: fn(&str) -> Vec<Edge>,
+    /// Lines of parts that its build leaves out, and their answers.
+    refuses: &'static [(&'static str, &'static str)],
 }
 
 const EMULATED: [Emulated; 3] = [
@@ -62,11 +64,20 @@ const EMULATED: [Emulated; 3] = [
             events: "pl061_set_output",
         },
         edges: pl061_edges,
+        refuses: &[
+            ("G81Z-1R1F100", "error:20\r\n"), // cycles
+            ("$704=1", "error:3\r\n"),        // curves
+            ("$705=1000", "error:3\r\n"),     // jerk
+            ("$ES", "error:3\r\n"),           // listings
+            ("$703=10", "error:3\r\n"),       // rasters
+            ("$I", "ok\r\n"),
+        ],
     },
     Emulated {
         board: 1,
         emulator: Emulator::Pico,
         edges: pico_edges,
+        refuses: &[],
     },
     Emulated {
         board: 2,
@@ -76,6 +87,7 @@ const EMULATED: [Emulated; 3] = [
             events: "sifive_gpio_write",
         },
         edges: sifive_edges,
+        refuses: &[],
     },
 ];
 
@@ -200,7 +212,7 @@ const TIME_LIMIT: Duration = Duration::from_secs(120);
 /// Builds every board, and runs it.
 pub(crate) fn run() -> Result<(), Failure> {
     for (board, target) in BOARDS {
-        build(board, target)?;
+        build(board, target, &[])?;
         println!("{board}: {} bytes of flash", flash(&elf(board, target))?);
     }
     let (board, target) = BOARDS[0];
@@ -211,14 +223,52 @@ pub(crate) fn run() -> Result<(), Failure> {
         .try_for_each(|emulated| watch(emulated, &expected))
 }
 
+/// The parts that a small chip may leave out.
+const PARTS: [&str; 9] = [
+    "arcs",
+    "probing",
+    "cycles",
+    "listings",
+    "rasters",
+    "jerk",
+    "curves",
+    "linuxcnc",
+    "descriptions",
+];
+
+/// Prints the flash of the first board: without any of [`PARTS`], and what each of them adds.
+pub(crate) fn parts() -> Result<(), Failure> {
+    let (board, target) = BOARDS[0];
+    let bytes = |arguments: &[&str]| {
+        build(board, target, arguments)?;
+        flash(&elf(board, target))
+    };
+    let none = bytes(&["--no-default-features"])?;
+    println!("none: {none} bytes of flash");
+    for part in PARTS {
+        let feature = format!("leadscrew/{part}");
+        let all = bytes(&["--no-default-features", "--features", &feature])?;
+        println!("{part}: {} bytes more", all.saturating_sub(none));
+    }
+    Ok(())
+}
+
 /// Runs the job on an emulated board, and compares its pins.
 fn watch(emulated: &Emulated, expected: &[Steps; 3]) -> Result<(), Failure> {
     let (board, target) = BOARDS[emulated.board];
     let trace = target_dir().join(format!("pins-{board}.log"));
     let answers = run_job(emulated, &elf(board, target), &trace)?;
-    println!("{board}: {}", answers.lines().last().unwrap_or_default());
+    println!("{board}: {}", last_status(&answers));
     let trace = fs::read_to_string(&trace).map_err(Failure::file(&trace))?;
     compare(board, &(emulated.edges)(&trace), expected)
+}
+
+/// The last status report of a conversation.
+fn last_status(answers: &str) -> &str {
+    let mut lines = answers.lines();
+    lines
+        .rfind(|line| line.starts_with('<'))
+        .unwrap_or_default()
 }
 
 /// The document that says how much flash the first board takes, and how it says so.
@@ -267,10 +317,12 @@ fn elf(board: &str, target: &str) -> PathBuf {
     target_dir().join(target).join("release").join(board)
 }
 
-fn build(board: &str, target: &str) -> Result<(), Failure> {
+/// Builds a board, with further `arguments`.
+fn build(board: &str, target: &str, arguments: &[&str]) -> Result<(), Failure> {
     let mut build = Toolchain::find_for(target)?.cargo("build", target, &target_dir())?;
     build
         .args(["--release", "--locked"])
+        .args(arguments)
         .current_dir(toolchain::root().join("examples/boards").join(board));
     shell::run(&mut build)
 }
@@ -279,7 +331,7 @@ fn build(board: &str, target: &str) -> Result<(), Failure> {
 /// text heard.
 fn run_job(emulated: &Emulated, elf: &Path, trace: &Path) -> Result<String, Failure> {
     let mut running = start(emulated, elf, trace)?;
-    let done = converse(&mut running);
+    let done = converse(&mut running, emulated.refuses);
     // An emulator does not end by itself; if it has ended, there is nothing to stop.
     let _ = running.kill();
     let _ = running.wait();
@@ -345,7 +397,7 @@ fn pico(elf: &Path, trace: &Path) -> Result<Command, Failure> {
     Ok(command)
 }
 
-fn converse(emulator: &mut Child) -> Result<String, Failure> {
+fn converse(emulator: &mut Child, refuses: &[(&str, &str)]) -> Result<String, Failure> {
     let (Some(mut to), Some(from)) = (emulator.stdin.take(), emulator.stdout.take()) else {
         return Err(Failure::finding("the emulator has no serial line"));
     };
@@ -358,6 +410,10 @@ fn converse(emulator: &mut Child) -> Result<String, Failure> {
         send(&mut to, "?")?;
         await_text(&answers, &mut heard, ">\r\n", begin)?;
         thread::sleep(Duration::from_millis(50));
+    }
+    for (line, answer) in refuses {
+        send(&mut to, &format!("{line}\n"))?;
+        await_text(&answers, &mut heard, answer, begin)?;
     }
     Ok(heard)
 }

@@ -37,8 +37,8 @@ const USAGE: &str = "usage: cargo xtask COMMAND
                        check the libraries for other processors, all or those named
     api                compare what the facade shows to its users with crates/leadscrew/api.txt
     circles            look for files of a crate that import each other in a circle
-    boards             build the boards in examples/boards, run them in emulators, and watch their
-                       pins
+    boards [--parts]   build the boards in examples/boards, run them in emulators, and watch their
+                       pins; with --parts, only print the flash of each part of the machine
     bench COMMAND...   count x86-64 instructions per line; COMMAND says {lines} for their number
     page PAGE.html [MACHINE.toml]
                        write the page of a machine as one file that needs no server: the simulator
@@ -59,6 +59,7 @@ fn main() -> ExitCode {
         ["fw-test", ..] => fw_test::run(&arguments[1..]),
         ["hil", _, ..] => hil::run(&arguments[1..]),
         ["boards"] => boards::run(),
+        ["boards", "--parts"] => boards::parts(),
         ["api"] => api::run(),
         ["circles"] => circles::run(),
         ["bench", ..] => bench::run(&arguments[1..]),

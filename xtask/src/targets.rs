@@ -34,6 +34,21 @@ const LIBRARY: &str = "leadscrew";
 /// files nor threads nor a clock.
 const SIMULATOR: &str = "leadscrew-wasm";
 
+/// The parts that a small chip may leave out: each is left out of a build, and in another without the
+/// rest.
+const PARTS: [&[&str]; 3] = [
+    &["--no-default-features"],
+    &["--no-default-features", "--features", "arcs,curves,cycles"],
+    &[
+        "--no-default-features",
+        "--features",
+        "jerk,listings,probing,rasters",
+    ],
+];
+
+/// The target for which the library is checked without them.
+const SMALL: &str = "thumbv8m.base-none-eabi";
+
 /// Checks the targets that are named, or every one and the simulator.
 ///
 /// # Errors
@@ -47,8 +62,14 @@ pub(crate) fn run(names: &[String]) -> Result<(), Failure> {
         )));
     }
     for (target, features) in TARGETS {
-        if names.is_empty() || names.iter().any(|name| name == target) {
-            check(LIBRARY, target, features, Toolchain::cargo)?;
+        if !names.is_empty() && names.iter().all(|name| name != target) {
+            continue;
+        }
+        check(LIBRARY, target, features, Toolchain::cargo)?;
+        if target == SMALL {
+            for parts in PARTS {
+                check(LIBRARY, target, parts, Toolchain::cargo)?;
+            }
         }
     }
     if !names.is_empty() {

@@ -119,7 +119,7 @@ impl Code {
     pub(super) const fn claims(self, dialect: &Dialect) -> Option<AxisCommand> {
         match self.whole {
             0..=3 | 38 => Some(AxisCommand::Motion),
-            73 | 81..=83 | 85 | 86 | 89 if dialect.cycles => Some(AxisCommand::Motion),
+            73 | 81..=83 | 85 | 86 | 89 if dialect.has_cycles() => Some(AxisCommand::Motion),
             43 if dialect.tools && self.hundredths == 0 => None,
             43 => Some(AxisCommand::SetToolLength),
             49 => Some(AxisCommand::CancelToolLength),
@@ -153,8 +153,8 @@ impl Code {
         Some(match self.whole {
             0 => GWord::Motion(Motion::Rapid),
             1 => GWord::Motion(Motion::Feed),
-            2 => GWord::Motion(Motion::Arc(Turn::Clockwise)),
-            3 => GWord::Motion(Motion::Arc(Turn::Counterclockwise)),
+            2 if cfg!(feature = "arcs") => GWord::Motion(Motion::Arc(Turn::Clockwise)),
+            3 if cfg!(feature = "arcs") => GWord::Motion(Motion::Arc(Turn::Counterclockwise)),
             4 => GWord::NonModal(NonModal::Dwell),
             10 => GWord::NonModal(NonModal::SetOrigin),
             17 => GWord::Plane(Plane::Xy),
@@ -178,7 +178,7 @@ impl Code {
             61 => GWord::PathControl(false),
             64 if dialect.has_linuxcnc() => GWord::PathControl(true),
             80 => GWord::Motion(Motion::Cancelled),
-            73 | 81..=83 | 85 | 86 | 89 if dialect.cycles => {
+            73 | 81..=83 | 85 | 86 | 89 if dialect.has_cycles() => {
                 GWord::Motion(Motion::Cycle(CycleKind::from_code(self.whole)?))
             }
             90 => GWord::Distance(Distance::Absolute),
@@ -186,8 +186,8 @@ impl Code {
             92 => GWord::NonModal(NonModal::SetG92),
             93 => GWord::FeedMode(FeedMode::InverseTime),
             94 => GWord::FeedMode(FeedMode::PerMinute),
-            98 if dialect.cycles => GWord::Retract(Retract::Initial),
-            99 if dialect.cycles => GWord::Retract(Retract::Clear),
+            98 if dialect.has_cycles() => GWord::Retract(Retract::Initial),
+            99 if dialect.has_cycles() => GWord::Retract(Retract::Clear),
             _ => return None,
         })
     }
@@ -202,6 +202,7 @@ impl Code {
         Ok(match (self.whole, self.hundredths) {
             (28, 10) => GWord::NonModal(NonModal::Store(OffsetId::G28)),
             (30, 10) => GWord::NonModal(NonModal::Store(OffsetId::G30)),
+            (38, _) if !cfg!(feature = "probing") => return Err(Status::UnsupportedCommand),
             (38, 20) => probe(true, true),
             (38, 30) => probe(true, false),
             (38, 40) => probe(false, true),

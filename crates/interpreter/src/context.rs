@@ -54,7 +54,7 @@ pub struct Dialect {
     /// M56, which allows and forbids parking.
     pub parking_override: bool,
     /// Canned cycles, which Grbl has not: G73, G81 to G83, G85, G86, G89, G98, G99, and the words Q
-    /// and L for them.
+    /// and L for them. Only in a build with the feature `cycles`: see [`Dialect::has_cycles`].
     pub cycles: bool,
     /// Words of LinuxCNC's that Grbl has not, so that files of its post-processors run: `%`, G52, G59.1
     /// to G59.3, G61.1, G64, G92.2, G92.3, M48 to M51, M70 to M73, P of arcs, and full circles
@@ -71,6 +71,12 @@ impl Dialect {
     /// has no code for them: firmware for small chips.
     pub const fn has_linuxcnc(&self) -> bool {
         cfg!(feature = "linuxcnc") && self.linuxcnc
+    }
+
+    /// Returns true if the machine knows canned cycles. A build without the feature `cycles` has no
+    /// code for them.
+    pub const fn has_cycles(&self) -> bool {
+        cfg!(feature = "cycles") && self.cycles
     }
 
     /// The words of Grbl as it is usually compiled.

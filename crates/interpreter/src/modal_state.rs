@@ -35,6 +35,16 @@ impl Motion {
         }
     }
 
+    /// Returns true if the build has the motion. No line can choose another.
+    pub(crate) const fn is_built(self) -> bool {
+        match self {
+            Self::Rapid | Self::Feed | Self::Cancelled => true,
+            Self::Arc(_) => cfg!(feature = "arcs"),
+            Self::Probe(_) => cfg!(feature = "probing"),
+            Self::Cycle(_) => cfg!(feature = "cycles"),
+        }
+    }
+
     /// Returns whether the motion needs a feed rate: all but G0 and G80.
     pub const fn needs_feed(self) -> bool {
         match self {

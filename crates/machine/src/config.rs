@@ -252,6 +252,7 @@ const GRBL_REPORT_BITS: u8 = fields::MACHINE_POSITION | fields::ROOM;
 const REPORT_BITS: u8 = GRBL_REPORT_BITS | fields::LINE | fields::TIME_LEFT;
 
 /// `$704=1`: corners as in Grbl.
+#[cfg(feature = "curves")]
 const GRBL_CORNERS: Entry = Entry {
     number: Setting::GrblCorners.row().number,
     value: Number::from_int(1),
@@ -332,7 +333,11 @@ impl<const AXES: usize> MachineConfig<AXES> {
         config.pixels = 0;
         config.receive_size = 128;
         config.report_bits = GRBL_REPORT_BITS;
-        config.defaults = &[GRBL_CORNERS, NO_SPIN_UP];
+        config.defaults = &[
+            #[cfg(feature = "curves")]
+            GRBL_CORNERS,
+            NO_SPIN_UP,
+        ];
         config
     }
 }

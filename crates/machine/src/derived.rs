@@ -33,8 +33,14 @@ pub(crate) fn planner_config<const AXES: usize>(
         steps_per_mm,
         max_rate: rates.map(|rate| rate.to_f32() / MINUTE),
         acceleration: from_fn(|axis| acceleration(settings, axis).to_f32()),
+        #[cfg(feature = "jerk")]
         jerk: settings.value(Setting::Jerk).to_f32(),
+        #[cfg(not(feature = "jerk"))]
+        jerk: 0.0,
         junction_deviation: settings.value(Setting::JunctionDeviation).to_f32(),
+        #[cfg(not(feature = "curves"))]
+        corner_rule: CornerRule::Grbl,
+        #[cfg(feature = "curves")]
         corner_rule: if settings.is_on(Setting::GrblCorners) {
             CornerRule::Grbl
         } else {
@@ -63,10 +69,22 @@ pub(crate) fn pacing<const AXES: usize>(settings: &Settings<AXES>, laser: bool) 
         silence: Duration::from_ticks(silence),
         stall: Duration::from_ticks(stall.unsigned_abs()),
         lead_us: match laser {
-            true => settings.whole(Setting::LaserLead),
+            true => lead_us(settings),
             false => 0,
         },
     }
+}
+
+/// The laser's lead, µs.
+#[cfg(feature = "rasters")]
+fn lead_us<const AXES: usize>(settings: &Settings<AXES>) -> u32 {
+    settings.whole(Setting::LaserLead)
+}
+
+/// A build without rasters has no lead.
+#[cfg(not(feature = "rasters"))]
+fn lead_us<const AXES: usize>(_: &Settings<AXES>) -> u32 {
+    0
 }
 
 /// Counts of the step timer in `ns` nanoseconds, rounded up.

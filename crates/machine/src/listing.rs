@@ -18,6 +18,9 @@ use crate::settings::values::{Key, SettingLine};
 use leadscrew_gcode::Number;
 use leadscrew_planner::{Coordinate, Kinematics};
 
+/// True if the build has the lists that Grbl has not.
+pub(crate) const LISTINGS: bool = cfg!(feature = "listings");
+
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
     K: Kinematics<AXES, MOTORS> + Clone,
@@ -60,13 +63,13 @@ where
                     return Some(Listing::Settings(row + 1));
                 }
             }
-            Listing::AllSettings(row) => {
+            Listing::AllSettings(row) if LISTINGS => {
                 if let Some(line) = self.any_setting(row) {
                     self.console.line(id, line);
                     return Some(Listing::AllSettings(row + 1));
                 }
             }
-            Listing::Enumeration(what, row) => {
+            Listing::Enumeration(what, row) if LISTINGS => {
                 if self.write_item(id, what, row).is_some() {
                     return Some(Listing::Enumeration(what, row + 1));
                 }
@@ -106,7 +109,10 @@ where
                     return Some(Listing::Answer);
                 }
             }
-            Listing::Startup(_) | Listing::Answer => {}
+            Listing::AllSettings(_)
+            | Listing::Enumeration(..)
+            | Listing::Startup(_)
+            | Listing::Answer => {}
         }
         self.console.answer(id, Ok(()));
         None

@@ -6,6 +6,7 @@ use crate::console::{Discard, Listing};
 use crate::extension::{Call, Extension};
 use crate::interpreter::{Command, Fault, OffsetId, Own};
 use crate::lines::own_codes;
+use crate::listing::LISTINGS;
 use crate::machine::Machine;
 use crate::protocol::message::Message;
 use crate::protocol::report::HELP;
@@ -133,6 +134,13 @@ where
         now: Instant,
     ) -> Result<Reply, Fault> {
         match command {
+            SystemCommand::ShowAllSettings
+            | SystemCommand::Enumerate(_)
+            | SystemCommand::Describe(_)
+                if !LISTINGS =>
+            {
+                return Err(Status::InvalidStatement.into());
+            }
             SystemCommand::Help => self.console.line(id, HELP),
             SystemCommand::ShowSettings => return Ok(self.begin_list(id, Listing::Settings(0))),
             SystemCommand::ShowAllSettings => {

@@ -1,5 +1,6 @@
 //! The planner's knowledge of the machine, and the numbers derived from it.
 
+use crate::built::JERK;
 use crate::ease::Ease;
 use crate::path::short::STEPS;
 use crate::real::{max, min, norm2, sqrt};
@@ -174,8 +175,7 @@ pub(crate) struct Limits<const AXES: usize> {
     /// `short`). With uneven axes it is the greatest such length (see `coarse`).
     pub(crate) short2: f32,
     pub(crate) unit: SpeedUnit,
-    /// The average over the plan, if the jerk is limited.
-    pub(crate) ease: Option<Ease>,
+    ease: Option<Ease>,
 }
 
 impl<const AXES: usize> Limits<AXES> {
@@ -202,6 +202,15 @@ impl<const AXES: usize> Limits<AXES> {
             deviation: config.junction_deviation,
             unit: SpeedUnit::for_top_speed(sqrt(norm2(&config.max_rate))),
             ease: config.ease(),
+        }
+    }
+
+    /// The average over the plan, if the jerk is limited.
+    pub(crate) const fn ease(&self) -> Option<&Ease> {
+        if JERK {
+            self.ease.as_ref()
+        } else {
+            None
         }
     }
 }

@@ -3,11 +3,12 @@
 //! The tool's place is the mean of the plan's places in the last time `T`. The acceleration of the
 //! plan changes by `2·a` at most, so the acceleration of the tool changes no faster than `2·a/T`.
 
+use crate::built::{Jerk, JERK};
 use crate::real::{max, min, norm2, sqrt};
 
 /// The most ways of the plan, from place to place, that are remembered: as many as the core coupled
 /// memory of a board with four motors and a record has room for.
-pub(crate) const PLACES: usize = 112;
+pub(crate) const PLACES: usize = if JERK { 112 } else { 0 };
 
 /// The longest way from place to place, units: 16 bits, less what rounding may add.
 const LONGEST_WAY: f32 = 65_000.0;
@@ -37,6 +38,7 @@ pub(crate) struct Ease {
     pub(crate) acceleration: f32,
     /// Units of a way in a mm, a power of two: some nanometres each.
     per_mm: f32,
+    pub(crate) built: Jerk,
 }
 
 impl Ease {
@@ -51,6 +53,7 @@ impl Ease {
         accelerations: &[f32; AXES],
         finest: f32,
     ) -> Option<Self> {
+        let built = Jerk::FOUND?;
         if jerk <= 0.0 {
             return None;
         }
@@ -70,6 +73,7 @@ impl Ease {
             between,
             acceleration: min(wanted, 0.5 * jerk * seconds),
             per_mm: max(power_of_two(fits), power_of_two(2.0 * finest)),
+            built,
         })
     }
 

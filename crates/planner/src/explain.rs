@@ -2,6 +2,7 @@
 //!
 //! Nothing here is stored: each call reads the queue.
 
+use crate::built::CURVES;
 use crate::moves::PlannedMove;
 use crate::space::polygon::cap;
 use crate::space::zones::fastest;
@@ -69,6 +70,9 @@ where
 
     /// Returns true if the curvature bounds the speed at the start of a move, and not the corner.
     fn is_curve(&self, planned: &PlannedMove<AXES, MOTORS>) -> bool {
+        if !CURVES {
+            return false;
+        }
         let v2 = match self.ease() {
             Some(_) => fastest(planned.law()[0]),
             None => cap(&planned.bend),

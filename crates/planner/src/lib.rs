@@ -25,8 +25,13 @@
 //! Everything here is called from the main loop; no call waits.
 #![no_std]
 #![forbid(unsafe_code)]
+#![cfg_attr(
+    not(feature = "jerk"),
+    allow(unreachable_code, reason = "a part that is left out has no values")
+)]
 
 mod ahead;
+mod built;
 mod config;
 mod ease;
 mod emit;

@@ -1,5 +1,6 @@
 //! The requests to the planner, and its own record of them.
 
+use crate::built::CURVES;
 use crate::real::min;
 use crate::{Coordinate, Curve, Overrides};
 use leadscrew_stepper::{OutputChange, Power};
@@ -219,7 +220,7 @@ impl<const AXES: usize, const MOTORS: usize> PlannedMove<AXES, MOTORS> {
 
     /// Returns true if the path goes straight on from the move before it, or has a corner there.
     pub(crate) fn is_straight(&self) -> bool {
-        self.reach == 0.0
+        !CURVES || self.reach == 0.0
     }
 
     /// Returns true if it begins at a corner or at rest.

@@ -116,18 +116,18 @@ impl Written {
 
 macro_rules! rows {
     ($(#[$meta:meta])* $name:ident {
-        $($variant:ident = $number:literal, $group:ident, $kind:expr, $default:literal, $title:literal, $unit:literal, $description:literal;)*
+        $($(#[$built:meta])? $variant:ident = $number:literal, $group:ident, $kind:expr, $default:literal, $title:literal, $unit:literal, $description:literal;)*
     }) => {
         $(#[$meta])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
         #[cfg_attr(feature = "defmt", derive(defmt::Format))]
         pub enum $name {
-            $(#[doc = concat!("`$", $number, "`, ", $title, ". ", $description)] $variant,)*
+            $($(#[$built])? #[doc = concat!("`$", $number, "`, ", $title, ". ", $description)] $variant,)*
         }
 
         impl $name {
             /// All of them, by rising number: `ALL[x as usize] == x`.
-            pub const ALL: &'static [Self] = &[$(Self::$variant),*];
+            pub const ALL: &'static [Self] = &[$($(#[$built])? Self::$variant),*];
 
             /// Returns the row. The table writes defaults in 10⁻³, the row has the exact number.
             pub const fn row(self) -> Row {
@@ -136,7 +136,7 @@ macro_rules! rows {
 
             const fn written(self) -> &'static Written {
                 match self {
-                    $(Self::$variant => &Written {
+                    $($(#[$built])? Self::$variant => &Written {
                         number: $number,
                         name: $title,
                         unit: &$unit,
@@ -205,10 +205,13 @@ rows! {
             "Motion starts when no line has come for so long or enough moves wait; 0 starts as Grbl, when no line waits, with 15 moves or after 5 ms.";
         SecondMotorOffset = 702, Homing, Kind::Signed { most: 25 }, 0, "Second motor offset", "mm",
             "How far the second motor of an axis goes on after its switch when homing squares the axis; back if negative.";
+        #[cfg(feature = "rasters")]
         LaserLead = 703, Tool, Kind::Whole { max: leadscrew_planner::LONGEST_LEAD }, 0, "Laser lead", "us",
             "Changes a laser's power so long before the motion that it belongs to: the delay with which the laser switches.";
+        #[cfg(feature = "curves")]
         GrblCorners = 704, Motion, Kind::Switch, 0, "Grbl's corner rule", "",
             "Bounds speed by junction deviation alone, as Grbl does: quicker round arcs and curves, at more than their acceleration.";
+        #[cfg(feature = "jerk")]
         Jerk = 705, Motion, ROUNDED, 0, "Jerk", "mm/s3",
             "How fast the acceleration along the path may change; 0 for no limit.";
         SwitchFilter = 706, Switches, Kind::Whole { max: 10_000 }, 200_000, "Switch filter", "us",
@@ -219,6 +222,7 @@ rows! {
             "How long before a step its direction is there at least, as the driver asks for.";
         StallReserve = 710, Streaming, DECIMAL, 1_000, "Stall reserve", "s",
             "A sender may stall for so long in motion: lines wait for their answers while more than this, braking and 15 moves are queued; 0 queues as many as fit.";
+        #[cfg(feature = "cycles")]
         PeckClearance = 711, Motion, DECIMAL, 254, "Peck clearance", "mm",
             "How far G73 goes back after a peck, and how far above the last bottom G83 begins to feed again.";
         SpinUp = 712, Tool, DECIMAL, 4_000, "Spindle spin-up", "s",

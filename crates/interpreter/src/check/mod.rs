@@ -183,12 +183,15 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
             self.keep_others(end, &plan.target);
         }
         plan.path = self.path(plan.feed, &plan.target)?;
-        if let (Path::Cycle, Motion::Cycle(kind)) = (&plan.path, self.block.modal.motion) {
-            // Passed by value, for the reason given at [`beyond`].
-            let drilled = self.cycle(kind, plan.target)?;
-            plan.cycle = Some((drilled.cycle, drilled.series));
-            plan.target = drilled.end;
-            self.unused = drilled.unused;
+        match (&plan.path, self.block.modal.motion) {
+            (Path::Cycle, Motion::Cycle(kind)) if cfg!(feature = "cycles") => {
+                // Passed by value, for the reason given at [`beyond`].
+                let drilled = self.cycle(kind, plan.target)?;
+                plan.cycle = Some((drilled.cycle, drilled.series));
+                plan.target = drilled.end;
+                self.unused = drilled.unused;
+            }
+            _ => {}
         }
         self.check_leftovers()?;
         if self.block.groups.contains(Group::Own) {

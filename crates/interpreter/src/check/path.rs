@@ -39,6 +39,9 @@ impl<const AXES: usize> Check<'_, AXES> {
         if motion.needs_feed() && feed == Number::default() {
             return Err(self.without_feed());
         }
+        if !motion.is_built() {
+            return Err(Refusal::words(Status::UnsupportedCommand, AXIS_WORDS));
+        }
         match motion {
             Motion::Rapid | Motion::Feed if still => Ok(Path::None),
             Motion::Rapid | Motion::Feed => Ok(Path::Straight),

@@ -8,6 +8,7 @@
 //! microcontroller is in several pieces.
 
 use crate::ahead::lookahead::{most_moves, Block, USUAL_BLOCKS};
+use crate::built::CURVES;
 use crate::emit::pixel::Packed;
 use crate::moves::PlannedMove;
 use crate::path::Window;
@@ -98,7 +99,30 @@ impl<const AXES: usize, const MOTORS: usize, const MOVES: usize> Default
 pub struct Room<'q, const AXES: usize, const MOTORS: usize> {
     pub(crate) moves: &'q mut DequeView<PlannedMove<AXES, MOTORS>>,
     pub(crate) blocks: &'q mut [Block],
-    pub(crate) window: Option<&'q mut Window<AXES>>,
+    pub(crate) window: Lent<'q, AXES>,
+}
+
+/// The window of a [`Queue`], borrowed: none of a [`SmallQueue`], and none in a build without the
+/// feature `curves`.
+#[derive(Debug)]
+pub(crate) struct Lent<'q, const AXES: usize>(Option<&'q mut Window<AXES>>);
+
+impl<const AXES: usize> Lent<'_, AXES> {
+    /// The window.
+    pub(crate) fn get(&self) -> Option<&Window<AXES>> {
+        match CURVES {
+            true => self.0.as_deref(),
+            false => None,
+        }
+    }
+
+    /// The window, to be changed.
+    pub(crate) fn get_mut(&mut self) -> Option<&mut Window<AXES>> {
+        match CURVES {
+            true => self.0.as_deref_mut(),
+            false => None,
+        }
+    }
 }
 
 impl<'q, const AXES: usize, const MOTORS: usize, const MOVES: usize, const BLOCKS: usize>
@@ -108,7 +132,7 @@ impl<'q, const AXES: usize, const MOTORS: usize, const MOVES: usize, const BLOCK
         Self {
             moves: queue.moves.as_mut_view(),
             blocks: &mut queue.blocks,
-            window: Some(&mut queue.window),
+            window: Lent(Some(&mut queue.window)),
         }
     }
 }
@@ -120,7 +144,7 @@ impl<'q, const AXES: usize, const MOTORS: usize, const MOVES: usize>
         Self {
             moves: queue.moves.as_mut_view(),
             blocks: &mut queue.blocks,
-            window: None,
+            window: Lent(None),
         }
     }
 }

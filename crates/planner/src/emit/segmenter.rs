@@ -14,6 +14,7 @@
 //! (overrides). If an answer has changed, the profile is made anew from the place and the speed
 //! reached. So every change takes effect after the segments handed out.
 
+use crate::built::RASTERS;
 use crate::ease::Ease;
 use crate::emit::fit::Carry;
 use crate::emit::lead::Lead;
@@ -334,7 +335,8 @@ impl<'a, const MOTORS: usize> PowerLead<'a, MOTORS> {
     }
 
     /// Sets the lead in microseconds (values above [`LONGEST_LEAD`] count as [`LONGEST_LEAD`]), for
-    /// a step timer of `timer_hz` counts a second. Called at rest.
+    /// a step timer of `timer_hz` counts a second. Without the feature `rasters` there is no lead.
+    /// Called at rest.
     pub fn set(&mut self, lead_us: u32, timer_hz: u32) {
         let lead = u64::from(lead_us.min(LONGEST_LEAD));
         self.lead = lead * u64::from(timer_hz) / 1_000_000;
@@ -348,7 +350,7 @@ impl<'a, const MOTORS: usize> PowerLead<'a, MOTORS> {
         room: u64,
         mut source: impl FnMut() -> Option<Segment<MOTORS>>,
     ) -> Option<Segment<MOTORS>> {
-        if self.lead == 0 && self.waiting.is_empty() {
+        if !RASTERS || (self.lead == 0 && self.waiting.is_empty()) {
             return source();
         }
         self.fill(room, source);

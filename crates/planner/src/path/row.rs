@@ -21,6 +21,7 @@
 //! thousandth, the gap is part of the row. A longer gap is a move of its own. Of such gaps and the
 //! rows between them at most 250 lie in the distance `v²/2a` that stopping takes.
 
+use crate::built::RASTERS;
 use crate::emit::pixel::{Packed, Pixel};
 use crate::{Feed, Move, MoveKind, MovePower};
 use leadscrew_stepper::{Line, Power};
@@ -46,6 +47,7 @@ impl<const MOTORS: usize> Row<MOTORS> {
     pub(crate) fn begin<const AXES: usize>(of: &Move<AXES>, delta: [i32; MOTORS]) -> Option<Self> {
         match of.power {
             MovePower::Off | MovePower::Spindle { .. } => None,
+            MovePower::Constant { .. } | MovePower::Dynamic { .. } if !RASTERS => None,
             MovePower::Constant { .. } | MovePower::Dynamic { .. } => Some(Self {
                 feed: row_feed(of)?,
                 delta,

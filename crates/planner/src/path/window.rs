@@ -9,12 +9,16 @@
 //! `turn` finds the turns between the pieces.
 
 use super::probe::Probe;
+use crate::built::CURVES;
 use crate::real::{min, norm2, sqrt};
 use crate::{Coordinate, NANOS_PER_MM};
 
 /// The number of pieces that are remembered: half of them before the turn that is asked for, half
 /// after it. A `u32` has a bit for each piece.
 pub(crate) const PIECES: u32 = u32::BITS;
+
+/// The number of pieces that a window has room for. Without curves nobody asks for one.
+const ROOM: usize = if CURVES { PIECES as usize } else { 0 };
 
 /// A unit of length in this module is 2¹⁰ units of a coordinate, about a nanometre. Differences of
 /// 32 bits reach two metres, and a shift is cheaper than a division.
@@ -93,7 +97,7 @@ impl Bits {
 /// holds the path's end.
 #[derive(Clone, Debug)]
 pub(crate) struct Window<const AXES: usize> {
-    placed: [Placed<AXES>; PIECES as usize],
+    placed: [Placed<AXES>; ROOM],
     /// The pieces that turn sharply away from the one before them.
     sharp: Bits,
     /// The last piece that turns sharply away from the one before it; the first piece of the path
@@ -133,7 +137,7 @@ impl<const AXES: usize> Window<AXES> {
     /// No path: the first piece begins at rest. All zero, so that a `static` takes no flash.
     pub(crate) const fn new() -> Self {
         Self {
-            placed: [Self::NOWHERE; PIECES as usize],
+            placed: [Self::NOWHERE; ROOM],
             sharp: Bits(0),
             last_sharp: 0,
             straight: Bits(0),

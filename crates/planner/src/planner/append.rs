@@ -5,6 +5,7 @@
 
 use super::one_move::{cap, nominal};
 use super::Planner;
+use crate::built::RASTERS;
 use crate::config::SpeedUnit;
 use crate::moves::PlannedMove;
 use crate::path::junction::junction_v2;
@@ -86,7 +87,8 @@ where
     /// Makes a move part of the last queued move, if it goes straight on and differs only in power.
     /// `None`, and nothing has changed, if it has to be a move by itself.
     pub(super) fn merge(&mut self, of: &Move<AXES>, delta: [i32; MOTORS]) -> Option<()> {
-        let (row, pixel) = self.row.as_ref()?.extended(of, delta)?;
+        let row = self.row.as_ref().filter(|_| RASTERS)?;
+        let (row, pixel) = row.extended(of, delta)?;
         let (last, is_planned) = self.queue.last_waiting()?;
         if last.coarse != 0 {
             return None;
@@ -94,12 +96,12 @@ where
         let pixels = last.pixels.checked_add(1)?;
         let length = sqrt(norm2(&self.axes_mm(row.delta())));
         let is_gap = is_gap(of);
-        let eased = self.limits.ease.is_some();
+        let eased = self.limits.ease().is_some();
         if is_gap && !self.takes_gap(last, length - last.length) {
             return None;
         }
         let is_short = self.is_short(&row.delta(), length);
-        if let Some(window) = self.window.as_mut().filter(|window| window.goes_on()) {
+        if let Some(window) = self.window.get_mut().filter(|window| window.goes_on()) {
             window.lengthen_last(is_short, &of.target);
         }
         self.lengthen_newest(|last| {
@@ -139,16 +141,16 @@ where
         if self.join(of, &delta).is_some() {
             return;
         }
-        let begins = self.window.as_ref().is_some_and(|window| !window.goes_on());
+        let begins = self.window.get().is_some_and(|window| !window.goes_on());
         let start = begins.then(|| self.axes_at(&self.position));
-        if let Some((window, start)) = self.window.as_mut().zip(start) {
+        if let Some((window, start)) = self.window.get_mut().zip(start) {
             window.begin(&start);
         }
         let mut planned = PlannedMove::new(of, delta);
-        let exact = || Some(self.window.as_ref()?.way_on(&of.target));
+        let exact = || Some(self.window.get()?.way_on(&of.target));
         let direction = self.plan(&mut planned, of, events, exact);
         let is_short = self.is_short(&delta, planned.length);
-        if let Some(window) = &mut self.window {
+        if let Some(window) = self.window.get_mut() {
             let piece = piece(&planned, direction, of);
             window.push(&piece, is_short, of.curve.is_some(), &of.target);
         }
@@ -160,7 +162,7 @@ where
 
     /// Returns true if the limits of the axes are kept on curves, and not only at corners.
     fn keeps_limits(&self) -> bool {
-        self.config.corner_rule == CornerRule::Limits && self.window.is_some()
+        self.config.corner_rule == CornerRule::Limits && self.window.get().is_some()
     }
 
     /// Queues a move by Grbl's rule: the speed at a corner is known once the move after it is.
@@ -188,14 +190,14 @@ where
         if !fits || !self.is_short(&last.delta, last.length) || norm2(&more) >= short2 {
             return None;
         }
-        let way = self.window.as_ref()?.way_on(&of.target);
+        let way = self.window.get()?.way_on(&of.target);
         let joined = short.joined(delta, &way, short2)?;
         let mut planned = PlannedMove::new(of, joined.delta());
         let exact = || Some(joined.pieces.way());
         let direction = self.plan(&mut planned, of, joined.events(), exact);
         let is_short = self.is_short(&planned.delta, planned.length);
         let piece = piece(&planned, direction, of);
-        let window = self.window.as_mut()?;
+        let window = self.window.get_mut()?;
         window.join_last(&piece, is_short, joined.pieces.is_bent, &of.target);
         self.lengthen_newest(|last| *last = planned);
         self.short = Some(joined);
@@ -212,7 +214,7 @@ where
             return;
         }
         let plain = matches!(of.feed, Feed::PerMinute(_)) && of.curve.is_none();
-        let window = self.window.as_ref().filter(|_| plain);
+        let window = self.window.get().filter(|_| plain);
         self.short = window.map(|window| Short::new(delta, window.last_way()));
     }
 
@@ -253,7 +255,7 @@ where
     /// The turn at the start of the first move that waits becomes known. Without a jerk limit the
     /// move is planned. `None` if the move goes on waiting.
     pub(super) fn settle_one(&mut self, when: When) -> Option<()> {
-        let turn = self.window.as_mut()?.settle(&self.limits, when)?;
+        let turn = self.window.get_mut()?.settle(&self.limits, when)?;
         self.release(&turn);
         Some(())
     }
@@ -344,7 +346,7 @@ where
     /// to there have to be known.
     #[inline(never)]
     fn plan_next(&mut self, when: When) -> bool {
-        let Some(ease) = self.limits.ease else {
+        let Some(ease) = self.limits.ease().copied() else {
             return false;
         };
         let index = self.queue.next_to_plan();
@@ -381,7 +383,7 @@ where
         count: usize,
         of: &PlannedMove<AXES, MOTORS>,
     ) -> PlannedMove<AXES, MOTORS> {
-        let window = self.window.as_ref();
+        let window = self.window.get();
         let turn = window.and_then(|window| window.guess(count as u32, &self.limits));
         let turn = turn.unwrap_or(Turn::REST);
         let mut planned = *of;

@@ -10,17 +10,17 @@ mod tests;
 pub(crate) use one_move::nominal;
 
 use crate::ahead::lookahead::LookAhead;
-use crate::ahead::queue::{PixelQueue, Room};
+use crate::ahead::queue::{Lent, PixelQueue, Room};
+use crate::built::{CURVES, RASTERS};
 use crate::config::{Limits, Scales, SpeedUnit};
 use crate::ease::Ease;
 use crate::emit::pixel::{Pixel, Pixels};
 use crate::moves::PlannedMove;
 use crate::path::row::Row;
 use crate::path::short::Short;
-use crate::path::Window;
 use crate::real::{min, sqrt};
 use crate::space::axis_limits::{AxisLimits, Course, Whereabouts};
-use crate::{Config, ConfigError, Coordinate, Kinematics, Move, MoveError, Overrides};
+use crate::{Config, ConfigError, Coordinate, CornerRule, Kinematics, Move, MoveError, Overrides};
 use backlog::Backlog;
 use core::fmt;
 use leadscrew_stepper::{Line, LineError};
@@ -55,7 +55,7 @@ pub struct Planner<'q, K, const AXES: usize, const MOTORS: usize> {
     pixels: Pixels<'q>,
     backlog: Backlog,
     /// The end of the path, and the moves there whose curvature is not known yet.
-    window: Option<&'q mut Window<AXES>>,
+    window: Lent<'q, AXES>,
     /// Counts changes after which the running move's profile is out of date.
     revision: u32,
 }
@@ -159,7 +159,13 @@ where
 
     fn fit_room(&mut self) {
         self.config.moves = self.config.moves.min(self.queue.capacity());
-        self.config.pixels = self.config.pixels.min(self.pixels.capacity());
+        self.config.pixels = match RASTERS {
+            true => self.config.pixels.min(self.pixels.capacity()),
+            false => 0,
+        };
+        if !CURVES {
+            self.config.corner_rule = CornerRule::Grbl;
+        }
     }
 
     /// Returns the settings in force. Their numbers of moves and pixels are at most the queue's
@@ -257,7 +263,7 @@ where
         self.nominal_before = None;
         self.row = None;
         self.short = None;
-        if let Some(window) = &mut self.window {
+        if let Some(window) = self.window.get_mut() {
             window.forget();
         }
     }
@@ -302,13 +308,13 @@ where
     }
 
     /// The average over the plan, if the jerk is limited.
-    pub(crate) const fn ease(&self) -> Option<Ease> {
-        self.limits.ease
+    pub(crate) fn ease(&self) -> Option<Ease> {
+        self.limits.ease().copied()
     }
 
     /// Returns true if the jerk is limited.
     pub(crate) const fn is_eased(&self) -> bool {
-        self.limits.ease.is_some()
+        self.limits.ease().is_some()
     }
 
     /// The move whose segments come next, if the plan has begun it.
@@ -388,10 +394,10 @@ where
         /// The least number if a corner is at the start of the first move that waits: a move that
         /// is planned too early there stays slow.
         const FEW_BEFORE_CORNER: usize = 8;
-        if self.limits.ease.is_some() {
+        if self.limits.ease().is_some() {
             return self.queue.is_unplanned();
         }
-        self.window.as_ref().is_some_and(|window| {
+        self.window.get().is_some_and(|window| {
             let few = if window.waits_at_corner() {
                 FEW_BEFORE_CORNER
             } else {
@@ -410,7 +416,7 @@ where
     pub(crate) fn course(&self, at: Whereabouts, outlook: Outlook) -> Option<Course> {
         let exit_v2 = self.limits.unit.v2(outlook.exit);
         let (running, next) = (self.queue.running()?, self.queue.next());
-        if self.limits.ease.is_some() {
+        if self.limits.ease().is_some() {
             let (path, index) = (self.queue.path(), self.queue.at());
             return self.axis_limits().eased_course(&path, index, at, exit_v2);
         }

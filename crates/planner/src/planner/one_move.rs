@@ -32,7 +32,7 @@ where
         planned.length = length;
         planned.acceleration = 1.0 / worst(&direction, &self.limits.per_acceleration);
         planned.rate = self.rate(length, events, &direction);
-        if let Some(ease) = &self.limits.ease {
+        if let Some(ease) = self.limits.ease() {
             planned.acceleration = min(planned.acceleration, ease.acceleration);
             planned.rate = min(planned.rate, ease.rate());
         }

@@ -59,7 +59,7 @@ where
     /// [`Planner::renew`], called for each segment and each line, hardly ever has anything to do.
     fn renew_block(&mut self) -> bool {
         let (overrides, unit) = (self.overrides, self.limits.unit);
-        let most = match self.limits.ease {
+        let most = match self.limits.ease() {
             Some(_) => EASED,
             None => usize::MAX,
         };

@@ -228,7 +228,7 @@ where
     }
 
     fn is_eased(&self) -> bool {
-        self.limits.ease.is_some()
+        self.limits.ease().is_some()
     }
 
     #[inline(never)]
@@ -285,7 +285,7 @@ where
 
     /// The limits along the move at `index` under a jerk limit; `None` without one.
     pub(crate) fn zones(&self, path: &Path<'_, AXES, MOTORS>, index: usize) -> Option<Zones> {
-        self.limits.ease.as_ref()?;
+        self.limits.ease()?;
         let kept = path.at(index).and_then(Zones::of);
         kept.or_else(|| self.zones_anew(path, index))
     }
@@ -304,14 +304,14 @@ where
         let end_v2 = before.map_or(f32::INFINITY, |before| before.end_v2());
         Near {
             start: self.limits.unit.units(min(zones.start_v2(), end_v2)),
-            kept: self.limits.ease.as_ref().and_then(|ease| zones.kept(ease)),
+            kept: self.limits.ease().and_then(|ease| zones.kept(ease)),
         }
     }
 
     /// As [`Self::zones`], from the moves near the move.
     #[inline(never)]
     fn zones_anew(&self, path: &Path<'_, AXES, MOTORS>, index: usize) -> Option<Zones> {
-        let ease = self.limits.ease.as_ref()?;
+        let ease = self.limits.ease()?;
         Zones::new(path, index, ease, self.limits.unit, self.overrides)
     }
 

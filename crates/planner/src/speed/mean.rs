@@ -12,6 +12,7 @@
 //! of `1/2N` units. Nothing is rounded, and the tool ends where the plan ends.
 
 use super::plan::{Place, Stretch};
+use crate::built::Jerk;
 use crate::ease::{Ease, PLACES};
 use crate::real::{max, min, sqrt};
 
@@ -113,6 +114,7 @@ pub struct Mean {
     between: f32,
     /// True if the tool rests at the end of the known way.
     rests: bool,
+    built: Jerk,
 }
 
 /// A piece of the tool's way.
@@ -138,6 +140,7 @@ impl Mean {
             rate: 0.0,
             between: ease.between,
             rests: false,
+            built: ease.built,
         };
         mean.fit(events, mm, ease);
         mean

@@ -5,7 +5,9 @@ use crate::board::{Board, Instant};
 use crate::extension::Extension;
 use crate::interpreter::{Cycle, Strokes, Travel};
 use crate::machine::Machine;
+#[cfg(feature = "cycles")]
 use crate::settings::table::Setting;
+use crate::settings::values::Settings;
 use crate::state::State;
 use leadscrew_planner::{Coordinate, Kinematics};
 
@@ -28,11 +30,22 @@ where
             return self.leave_travel(board, now);
         }
         if self.state != State::Check {
-            let clearance = self.settings.value(Setting::PeckClearance);
-            let clearance = Coordinate::from_nanos(clearance.nanos());
+            let clearance = clearance(&self.settings);
             let strokes = Strokes::new(&self.motion.path_end, travel, cycle, clearance);
             self.activity.line.cycle = Some(strokes);
         }
         Progress::Done
     }
+}
+
+/// How far a peck goes back.
+#[cfg(feature = "cycles")]
+fn clearance<const AXES: usize>(settings: &Settings<AXES>) -> Coordinate {
+    Coordinate::from_nanos(settings.value(Setting::PeckClearance).nanos())
+}
+
+/// A build without cycles makes no pecks.
+#[cfg(not(feature = "cycles"))]
+fn clearance<const AXES: usize>(_: &Settings<AXES>) -> Coordinate {
+    Coordinate::ZERO
 }

@@ -311,7 +311,8 @@ impl<const AXES: usize> Executor<AXES> {
 
     /// Returns true if further commands follow the current one.
     fn has_more(&self) -> bool {
-        let in_cycle = self.cycle.as_ref().is_some_and(|cycle| !cycle.is_over());
+        let cycle = self.cycle.as_ref().filter(|_| cfg!(feature = "cycles"));
+        let in_cycle = cycle.is_some_and(|cycle| !cycle.is_over());
         in_cycle || self.next + 1 < self.commands.len()
     }
 
@@ -319,7 +320,7 @@ impl<const AXES: usize> Executor<AXES> {
     /// the line.
     fn advance(&mut self) {
         self.wait = Wait::Nothing;
-        if let Some(cycle) = &mut self.cycle {
+        if let Some(cycle) = self.cycle.as_mut().filter(|_| cfg!(feature = "cycles")) {
             if let (Some(stroke), Some(slot)) = (cycle.next(), self.commands.get_mut(self.next)) {
                 *slot = stroke;
                 return;

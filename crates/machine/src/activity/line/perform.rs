@@ -81,9 +81,17 @@ where
         let kind = self.activity.line.kind();
         Some(match *self.activity.line.current()? {
             Command::Line(travel) => self.perform_line(&travel, kind, board, now),
-            Command::Arc { travel, arc } => self.perform_arc(&travel, &arc, board, now),
-            Command::Cycle { travel, cycle } => self.perform_cycle(&travel, &cycle, board, now),
-            Command::Probe { travel, kind } => self.perform_probe(&travel, kind, board, now),
+            Command::Arc { travel, arc } if cfg!(feature = "arcs") => {
+                self.perform_arc(&travel, &arc, board, now)
+            }
+            Command::Cycle { travel, cycle } if cfg!(feature = "cycles") => {
+                self.perform_cycle(&travel, &cycle, board, now)
+            }
+            Command::Probe { travel, kind } if cfg!(feature = "probing") => {
+                self.perform_probe(&travel, kind, board, now)
+            }
+            // A build without them refuses the lines that ask for them.
+            Command::Arc { .. } | Command::Cycle { .. } | Command::Probe { .. } => Progress::Done,
             Command::Dwell(seconds) => self.perform_dwell(seconds, now),
             Command::Spindle(spindle) => self.perform_spindle(&spindle, now),
             Command::Coolant(coolant) => self.perform_coolant(coolant, board),

@@ -2,6 +2,7 @@
 //! are (see [`Early`]), power, and outputs.
 
 use super::Timing;
+use crate::built::RASTERS;
 use crate::config::SLOWEST;
 use crate::emit::fit::smoothing;
 use crate::emit::pixel::Pixel;
@@ -155,6 +156,9 @@ impl Along {
     /// If the next pixel begins at the step `done`, takes its power and asks `next` for the pixel
     /// after it.
     pub(super) fn begin_pixel(&mut self, done: u32, mut next: impl FnMut() -> Option<Pixel>) {
+        if !RASTERS {
+            return;
+        }
         if let Some((_, pixel)) = self.next_pixel.take_if(|(at, _)| *at <= done) {
             self.power = self.power.with(pixel.power);
             self.line_number = pixel.line_number;
@@ -172,7 +176,8 @@ impl Along {
 
     /// Steps from the step `done` to the next pixel; `u32::MAX` if there is none.
     pub(super) fn to_next_pixel(&self, done: u32) -> u32 {
-        self.next_pixel.map_or(u32::MAX, |(at, _)| at - done)
+        let next = self.next_pixel.filter(|_| RASTERS);
+        next.map_or(u32::MAX, |(at, _)| at - done)
     }
 
     /// Takes the outputs that change with the next segment. Only the first segment changes any.
