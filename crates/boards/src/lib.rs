@@ -26,9 +26,11 @@ pub use record::{Machine, NoRecord};
 
 /// The boards that come with the firmware: the name that `cargo fw --board` takes, and the file's
 /// text.
-pub const BOARDS: [(&str, &str); 10] = [
+pub const BOARDS: [(&str, &str); 12] = [
+    ("black-f407ve", include_str!("../boards/black-f407ve.toml")),
     ("discovery", include_str!("../boards/discovery.toml")),
     ("fly-407zg", include_str!("../boards/fly-407zg.toml")),
+    ("fly-super8", include_str!("../boards/fly-super8.toml")),
     ("machine-001", include_str!("../boards/machine-001.toml")),
     ("machine-003", include_str!("../boards/machine-003.toml")),
     ("octopus", include_str!("../boards/octopus.toml")),

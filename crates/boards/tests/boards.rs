@@ -286,6 +286,8 @@ fn the_room_for_a_program_follows_from_the_sectors() {
         ("robin-nano-v3", "0x080C0000", "0x100000", 100),
         ("octopus", "0x08040000", "0x80000", 144),
         ("spider", "0x08040000", "0x80000", 100),
+        ("black-f407ve", "0x08080000", "0x80000", 100),
+        ("fly-super8", "0x080C0000", "0x100000", 144),
     ] {
         let board = Board::read(board(name)).unwrap();
         let ends = |memory: String| {
@@ -495,6 +497,7 @@ fn every_board_with_drivers_has_a_record_in_a_sector_of_its_own() {
         assert_eq!(board.record_sector().unwrap().begin, begin, "{name}");
         let end = match *name {
             "discovery" | "machine-003" => 0x0810_0000,
+            "black-f407ve" => 0x0808_0000,
             "octopus" | "spider" => 0x0804_0000,
             _ => 0x080C_0000,
         };

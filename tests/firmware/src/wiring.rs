@@ -302,3 +302,33 @@ pub(crate) const ROBIN_NANO_V3: Wiring = Wiring {
     flash_kb: 1024,
     start: SECTOR_3,
 };
+
+/// Mellow Fly-Super8.
+pub(crate) const FLY_SUPER_8: Wiring = Wiring {
+    line: usart_1('A', [9, 10]),
+    step: &[Pin::new('E', 2), Pin::new('E', 3), Pin::new('E', 4)],
+    direction: &[Pin::new('C', 5), Pin::new('F', 13), Pin::new('G', 0)],
+    lines: &[],
+    limits: &[
+        to_ground(Pin::new('G', 12)),
+        to_ground(Pin::new('G', 11)),
+        to_ground(Pin::new('G', 9)),
+    ],
+    power: Pin::new('C', 6),
+    spindle: Pin::new('B', 0),
+    high: &[],
+    crystal_hz: CRYSTAL_HZ,
+    flash_kb: 1024,
+    start: FLASH + 0x8000,
+};
+
+/// The black board with an STM32F407VE, which has half the flash and no bootloader.
+pub(crate) const BLACK_F407VE: Wiring = Wiring {
+    limits: &[
+        to_ground(Pin::new('C', 1)),
+        to_ground(Pin::new('C', 2)),
+        to_ground(Pin::new('C', 3)),
+    ],
+    flash_kb: 512,
+    ..DISCOVERY
+};

@@ -303,12 +303,12 @@ pub(crate) const CHECKS: &[Check] = &[
     Check {
         name: "more-boards",
         what: "boards that came later, and six axes on the Discovery: the same, and every pin is safe at once",
-        needs: &["octopus", "fly-407zg", "spider", "robin-nano-v3", "six-axes"],
+        needs: &["octopus", "fly-407zg", "spider", "robin-nano-v3", "fly-super8", "black-f407ve", "six-axes"],
         run: boards::more,
     },
     Check {
         name: "records",
-        what: "builds without pins run with the records of seven boards: pins safe within 50 us, 150 with 64 settings; then as `boards`",
+        what: "builds without pins run with the records of nine boards: pins safe within 50 us, 150 with 64 settings; then as `boards`",
         needs: &["record", "record-behind", "record-behind-48"],
         run: records::records,
     },

@@ -10,7 +10,8 @@ use crate::{
     bench::{ensure, fail, Bench, Failure},
     firmware::{Build, Firmware},
     wiring::{
-        Wiring, DISCOVERY, DUAL_Y, FLY_407ZG, MACHINE_003, OCTOPUS, ROBIN_NANO_V3, SKR_2, SPIDER,
+        Wiring, BLACK_F407VE, DISCOVERY, DUAL_Y, FLY_407ZG, FLY_SUPER_8, MACHINE_003, OCTOPUS,
+        ROBIN_NANO_V3, SKR_2, SPIDER,
     },
 };
 use leadscrew_boards::Board;
@@ -38,8 +39,8 @@ const ALL: &str = "<Idle|MPos:-1.000,-1.000,-1.000|";
 const ONLY_Z: &str = "<Idle|MPos:0.000,0.000,-1.000|";
 
 /// The boards of three motors: their pins, their power, and where they are once they are home.
-fn all() -> [(&'static str, &'static Wiring, (u64, u64), &'static str); 7] {
-    let [octopus, fly, spider, nano] = MORE_POWER.map(|(_, power)| power);
+fn all() -> [(&'static str, &'static Wiring, (u64, u64), &'static str); 9] {
+    let [octopus, fly, spider, nano, super_8, black] = MORE_POWER.map(|(_, power)| power);
     [
         ("discovery", &DISCOVERY, DISCOVERY_POWER, ALL),
         ("machine-003", &MACHINE_003, MACHINE_003_POWER, ONLY_Z),
@@ -48,6 +49,8 @@ fn all() -> [(&'static str, &'static Wiring, (u64, u64), &'static str); 7] {
         ("fly-407zg", &FLY_407ZG, fly, ALL),
         ("spider", &SPIDER, spider, ALL),
         ("robin-nano-v3", &ROBIN_NANO_V3, nano, ALL),
+        ("fly-super8", &FLY_SUPER_8, super_8, ALL),
+        ("black-f407ve", &BLACK_F407VE, black, ALL),
     ]
 }
 
