@@ -1,12 +1,13 @@
 // Tries the page of `leadscrew serve` in a real browser: every step is what a user does and sees.
 //
-//   node run.js [--screenshots FOLDER] [NAME...]
+//   node run.js [--screenshots FOLDER] [--turns] [NAME...]
 //
 // LEADSCREW names the program, CHROMIUM the browser, PAGE the page without a server (`cargo xtask page`).
 //
 // A case is tried on a page of a server, and on the page that is opened from its file: nobody may notice a difference. One with
-// `only` is tried on that page alone. Most of a case is waiting for a machine, so several are tried at the same time. The machine
-// keeps the time of the clock, whatever else the computer does: what fails is tried once more, with nothing beside it.
+// `only` is tried on that page alone. With `--turns` the others take turns: one is tried on the first page, the next on the other.
+// Most of a case is waiting for a machine, so several are tried at the same time. The machine keeps the time of the clock, whatever
+// else the computer does: what fails is tried once more, with nothing beside it.
 
 import {mkdirSync} from "node:fs";
 import {join} from "node:path";
@@ -26,6 +27,9 @@ const args = process.argv.slice(2);
 const at = args.indexOf("--screenshots");
 const screenshots = at >= 0 ? args.splice(at, 2)[1] : null;
 if (screenshots) mkdirSync(screenshots, {recursive: true});
+
+const turns = args.indexOf("--turns");
+if (turns >= 0) args.splice(turns, 1);
 
 const browser = await chromium.launch({
   executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium-headless-shell",
@@ -122,8 +126,9 @@ async function attemptAll(attempts, atOnce) {
 
 const wanted = [...cases, ...boardCases, ...faultCases, ...plateCases, ...probeCases, ...dialogueCases, ...viewCases]
   .filter(({name}) => args.length === 0 || args.some((wanted) => name.includes(wanted)));
-const attempts = wanted.flatMap((one) => [["server", served], ["file", opened]]
-  .filter(([way]) => (one.only ?? way) === way).map(([way, open]) => ({one, way, open})));
+const attempts = wanted.flatMap((one, at) => [["server", served], ["file", opened]]
+  .filter(([way], place) => one.only ? one.only === way : turns < 0 || place === at % 2)
+  .map(([way, open]) => ({one, way, open})));
 const failed = await attemptAll(attempts, AT_ONCE);
 if (failed.length) console.log(`did not hold: ${failed.length} of ${attempts.length}; each is tried once more, alone`);
 const faulty = await attemptAll(failed, 1);

@@ -43,15 +43,13 @@ const INVERTED: &str = concat!(
 const WITHOUT_PINS: (&str, &str) = (fw::RECORD, "1");
 
 /// All images.
-const BUILDS: [Build; 24] = [
+const BUILDS: [Build; 22] = [
     // Ticks may be 2 µs apart, which is 500 000 steps/s.
     build("uncapped", &[FAST, ("LEADSCREW_TICK_NS", "1400")]),
     build("octopus", &[(BOARD, "octopus")]),
     build("fly-407zg", &[(BOARD, "fly-407zg")]),
     build("spider", &[(BOARD, "spider")]),
     build("robin-nano-v3", &[(BOARD, "robin-nano-v3")]),
-    build("fly-super8", &[(BOARD, "fly-super8")]),
-    build("black-f407ve", &[(BOARD, "black-f407ve")]),
     build("six-axes", &[(fw::MACHINE, fw::SIX_AXES)]),
     build("record", &[WITHOUT_PINS]),
     build("record-behind", &[WITHOUT_PINS, (BOARD, "octopus")]),

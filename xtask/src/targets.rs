@@ -47,7 +47,7 @@ const PARTS: [&[&str]; 3] = [
 ];
 
 /// The target for which the library is checked without them.
-const SMALL: &str = "thumbv8m.base-none-eabi";
+const SMALL: &str = "thumbv8m.main-none-eabihf";
 
 /// Checks the targets that are named, or every one and the simulator.
 ///

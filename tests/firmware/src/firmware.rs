@@ -2,8 +2,8 @@
 use crate::{
     bench::Failure,
     wiring::{
-        Wiring, BLACK_F407VE, DISCOVERY, DISCOVERY_4, DISCOVERY_6, DUAL_Y, FLY_407ZG, FLY_SUPER_8,
-        MACHINE_001, MACHINE_003, OCTOPUS, ROBIN_NANO_V3, SKR_2, SPIDER,
+        Wiring, DISCOVERY, DISCOVERY_4, DISCOVERY_6, DUAL_Y, FLY_407ZG, MACHINE_001, MACHINE_003,
+        OCTOPUS, ROBIN_NANO_V3, SKR_2, SPIDER,
     },
 };
 use leadscrew_boards::Board;
@@ -93,7 +93,7 @@ const fn recorded(name: &'static str, wiring: &'static Wiring) -> Image {
 }
 
 /// All images that checks run; `xtask/src/fw_test.rs` says how each is built.
-const IMAGES: [Image; 23] = [
+const IMAGES: [Image; 21] = [
     wired("usual", &DISCOVERY),
     ("fast", &DISCOVERY, FAST_BAUD, StepTiming::F407),
     wired("machine-003", &MACHINE_003),
@@ -104,8 +104,6 @@ const IMAGES: [Image; 23] = [
     wired("fly-407zg", &FLY_407ZG),
     wired("spider", &SPIDER),
     wired("robin-nano-v3", &ROBIN_NANO_V3),
-    wired("fly-super8", &FLY_SUPER_8),
-    wired("black-f407ve", &BLACK_F407VE),
     wired("six-axes", &DISCOVERY_6),
     wired("machine-file-000", &DISCOVERY_4),
     wired("machine-file-001", &MACHINE_001),

@@ -29,15 +29,12 @@ pub(super) const AWAY: [i64; 4] = [700, 1300, 411, 1337];
 const MACHINE_003_POWER: (u64, u64) = (50, 64_615);
 pub(super) const SKR_2_POWER: (u64, u64) = (10_000, 16_800);
 const CORE_XY_POWER: (u64, u64) = (1_000, 56_000);
-/// The Octopus, the Spider, the Fly-Super8 and the black board have timers on APB1. The Fly-407ZG and
-/// the Robin Nano V3 have TIM1.
-pub(super) const MORE_POWER: [(&str, (u64, u64)); 6] = [
+/// The Octopus and the Spider have TIM4, on APB1. The Fly-407ZG and the Robin Nano V3 have TIM1.
+pub(super) const MORE_POWER: [(&str, (u64, u64)); 4] = [
     ("octopus", (10_000, 8_400)),
     ("fly-407zg", (10_000, 16_800)),
     ("spider", (10_000, 8_400)),
     ("robin-nano-v3", (10_000, 16_800)),
-    ("fly-super8", (10_000, 8_400)),
-    ("black-f407ve", (10_000, 8_400)),
 ];
 const DUAL_Y_POWER: (u64, u64) = (100_000, 1_680);
 

@@ -303,7 +303,7 @@ pub(crate) const CHECKS: &[Check] = &[
     Check {
         name: "more-boards",
         what: "boards that came later, and six axes on the Discovery: the same, and every pin is safe at once",
-        needs: &["octopus", "fly-407zg", "spider", "robin-nano-v3", "fly-super8", "black-f407ve", "six-axes"],
+        needs: &["octopus", "fly-407zg", "spider", "robin-nano-v3", "six-axes"],
         run: boards::more,
     },
     Check {

@@ -38,9 +38,12 @@ const MACHINE_003_POWER: (u64, u64) = (10_000, 16_800);
 const ALL: &str = "<Idle|MPos:-1.000,-1.000,-1.000|";
 const ONLY_Z: &str = "<Idle|MPos:0.000,0.000,-1.000|";
 
+/// The power of boards that are run by their records alone: timers on APB1.
+const BY_RECORD_POWER: (u64, u64) = (10_000, 8_400);
+
 /// The boards of three motors: their pins, their power, and where they are once they are home.
 fn all() -> [(&'static str, &'static Wiring, (u64, u64), &'static str); 9] {
-    let [octopus, fly, spider, nano, super_8, black] = MORE_POWER.map(|(_, power)| power);
+    let [octopus, fly, spider, nano] = MORE_POWER.map(|(_, power)| power);
     [
         ("discovery", &DISCOVERY, DISCOVERY_POWER, ALL),
         ("machine-003", &MACHINE_003, MACHINE_003_POWER, ONLY_Z),
@@ -49,8 +52,8 @@ fn all() -> [(&'static str, &'static Wiring, (u64, u64), &'static str); 9] {
         ("fly-407zg", &FLY_407ZG, fly, ALL),
         ("spider", &SPIDER, spider, ALL),
         ("robin-nano-v3", &ROBIN_NANO_V3, nano, ALL),
-        ("fly-super8", &FLY_SUPER_8, super_8, ALL),
-        ("black-f407ve", &BLACK_F407VE, black, ALL),
+        ("fly-super8", &FLY_SUPER_8, BY_RECORD_POWER, ALL),
+        ("black-f407ve", &BLACK_F407VE, BY_RECORD_POWER, ALL),
     ]
 }
 
