@@ -42,8 +42,15 @@ const INVERTED: &str = concat!(
 /// The variable for builds that read the pins of a board with three motors from a record.
 const WITHOUT_PINS: (&str, &str) = (fw::RECORD, "1");
 
-/// All images.
+/// All images. Those that have to be small come first: their compiler's options are others, and at
+/// each change of options cargo builds all dependencies anew.
 const BUILDS: [Build; 22] = [
+    build("record", &[WITHOUT_PINS]),
+    build("record-behind", &[WITHOUT_PINS, (BOARD, "octopus")]),
+    build(
+        "record-behind-48",
+        &[WITHOUT_PINS, (BOARD, "robin-nano-v3")],
+    ),
     // Ticks may be 2 µs apart, which is 500 000 steps/s.
     build("uncapped", &[FAST, ("LEADSCREW_TICK_NS", "1400")]),
     build("octopus", &[(BOARD, "octopus")]),
@@ -51,12 +58,6 @@ const BUILDS: [Build; 22] = [
     build("spider", &[(BOARD, "spider")]),
     build("robin-nano-v3", &[(BOARD, "robin-nano-v3")]),
     build("six-axes", &[(fw::MACHINE, fw::SIX_AXES)]),
-    build("record", &[WITHOUT_PINS]),
-    build("record-behind", &[WITHOUT_PINS, (BOARD, "octopus")]),
-    build(
-        "record-behind-48",
-        &[WITHOUT_PINS, (BOARD, "robin-nano-v3")],
-    ),
     build(
         "record-four",
         &[WITHOUT_PINS, (fw::MOTORS, "4"), (BOARD, "skr-2")],
