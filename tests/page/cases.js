@@ -256,8 +256,8 @@ export const cases = [
     async run({page, shoot}) {
       await isState(page, "Idle");
       const before = await inked(page);
-      await dropAndTime(page, "square.nc", SQUARE);
-      assert.match(await text(page, "#job-facts"), /5 lines.*80 mm cut.*X 0 … 20/);
+      await dropAndTime(page, "square.nc", SQUARE.replaceAll("20", "100"));
+      assert.match(await text(page, "#job-facts"), /5 lines.*400 mm cut.*X 0 … 100/);
       assert.match(await text(page, "#binds"), /feed/);
       assert.ok((await inked(page)) > before + 200);
       await page.getByRole("button", {name: "Run", exact: true}).click();
