@@ -42,8 +42,8 @@ const INVERTED: &str = concat!(
 /// The variable for builds that read the pins of a board with three motors from a record.
 const WITHOUT_PINS: (&str, &str) = (fw::RECORD, "1");
 
-/// All images. Those that have to be small come first: their compiler's options are others, and at
-/// each change of options cargo builds all dependencies anew.
+/// All images. The small ones come first: the compiler gets other options for them, and cargo builds
+/// all dependencies anew whenever the options change.
 const BUILDS: [Build; 22] = [
     build("record", &[WITHOUT_PINS]),
     build("record-behind", &[WITHOUT_PINS, (BOARD, "octopus")]),

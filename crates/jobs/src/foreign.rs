@@ -253,7 +253,7 @@ fn is_board(lines: &[&str]) -> bool {
     header.any(|line| is_tool(line))
 }
 
-/// Returns true if comments begin as those of Allegro's drill and router files.
+/// Returns true if a file has the comments with which Allegro begins its drill and router files.
 fn is_allegro(lines: &[&str]) -> bool {
     let is = |begin: &str| lines.iter().any(|line| line.starts_with(begin));
     is(";LEADER:") && is(";CODE  : ASCII")

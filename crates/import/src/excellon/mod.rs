@@ -14,8 +14,8 @@
 //! ```
 //!
 //! There is no standard that all programs follow. This module reads the files of KiCad, Eagle,
-//! Altium, Allegro, Mentor and FlatCAM, and files without a header as older programs wrote them. `docs/import.md`
-//! lists how each statement is read.
+//! Altium, Allegro, Mentor and FlatCAM, and files without a header as older programs wrote them.
+//! `docs/import.md` lists how each statement is read.
 
 mod bend;
 mod comment;

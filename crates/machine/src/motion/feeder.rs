@@ -54,10 +54,11 @@ const ROUNDED_OFF: u32 = 4;
 /// 2 ms of them, and starts the step timer out of rest. Main loop.
 ///
 /// A segment in the queue cannot be changed any more: a hold, an override or a cancel takes effect
-/// after it. The time committed is the rest of the segment under way and all segments that wait:
+/// after it. The segment that the step interrupt makes is the current one. What is left of it, and
+/// all segments that wait, are the committed time:
 ///
 /// ```text
-///    left of the one under way | waiting ...          | room for the longest | laser's lead
+///    left of the current one   | waiting ...          | room for the longest | laser's lead
 ///    <--------------------------------- 2 ms ----------------------------------------->
 /// ```
 ///
@@ -67,8 +68,8 @@ const ROUNDED_OFF: u32 = 4;
 pub(crate) struct Feeder<'a, const MOTORS: usize> {
     segments: Producer<'a, Segment<MOTORS>>,
     shared: &'a Shared<MOTORS>,
-    /// Durations of the segment under way and of the segments that wait in the queue, oldest first,
-    /// timer counts.
+    /// Durations of the current segment and of those that wait in the queue, oldest first, timer
+    /// counts.
     durations: Deque<u32, { SEGMENTS + 1 }>,
     /// The sum of `durations`.
     committed: u32,
@@ -79,7 +80,7 @@ pub(crate) struct Feeder<'a, const MOTORS: usize> {
     counts_per_us: u32,
     /// The bounds of segments and of the committed time.
     bounds: Bounds,
-    /// The part of the segment under way that was over at the last look, timer counts.
+    /// How much of the current segment the step interrupt had made at the last look, timer counts.
     over: u32,
     /// True if the ticks of the newest segment are closer than [`CROWDED`].
     is_crowded: bool,
@@ -114,7 +115,7 @@ impl Bounds {
             0 => all,
             lead => all - lead - HALF_A_TICK.ticks() as u32,
         };
-        // One segment waits while another is under way and has SHORT left.
+        // One segment waits while the step interrupt makes the last SHORT of the current one.
         let longest_us = (most / SHARE).min(most - SHORT.ticks() as u32);
         Self {
             longest_us,
@@ -256,8 +257,8 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         !self.shared.is_running() && self.segments.is_empty()
     }
 
-    /// Looks at the queue: drops the durations of the segments that are over, and notes how much of
-    /// the one under way is over. At the start of a turn of the main loop.
+    /// Looks at the queue: drops the durations of segments that the step interrupt has made, and notes
+    /// how much of the current one it has made. The main loop calls it at the start of a turn.
     pub(super) fn look(&mut self, now: Instant) {
         let is_running = self.shared.is_running();
         let remaining = self.segments.len() + usize::from(is_running);
