@@ -438,7 +438,7 @@ fn await_text(
             Ok(more) => *heard += &more,
             Err(_) => {
                 let seconds = TIME_LIMIT.as_secs();
-                let words = format!("no {END} within {seconds} s; the board said: {heard}");
+                let words = format!("no {text:?} within {seconds} s; the board said: {heard}");
                 return Err(Failure::finding(words));
             }
         }
