@@ -18,11 +18,12 @@ use leadscrew_planner::Kinematics;
 const REQUESTS_A_POLL: usize = 8;
 const _: () = assert!(REQUESTS_A_POLL >= CHANNELS);
 
-/// A resume within 2 ms after a hold in motion was sent in one burst with it. It is ignored.
+/// A resume within 2 ms after a hold in motion was sent in one burst with it. It is ignored, unless a
+/// report has shown meanwhile that motion is at rest.
 const BURST: Duration = Duration::from_ticks(2_000);
 
 /// A resume this soon after the begin of the door's sequence was sent in one burst with 0x84. It is
-/// ignored. At rest Grbl takes one that comes 1 ms later, and none right behind 0x84, which is
+/// ignored, unless a report has shown that the sequence is over. At rest Grbl takes one that comes 1 ms later, and none right behind 0x84, which is
 /// 87 µs at 115 200 baud.
 const DOOR_BURST: Duration = Duration::from_ticks(500);
 
@@ -177,10 +178,8 @@ where
                 }
             }
             State::Door(Door::Parked) => {
-                let in_burst = self
-                    .activity
-                    .door
-                    .is_some_and(|door| now < door.since() + DOOR_BURST);
+                let began = self.activity.door.and_then(|door| door.since);
+                let in_burst = began.is_some_and(|began| now < began + DOOR_BURST);
                 if !in_burst && !self.is_door_open(board) {
                     self.begin_restoring();
                 }
@@ -229,6 +228,16 @@ where
         match self.state {
             State::Hold(hold) => hold.goes_on_at(),
             _ => None,
+        }
+    }
+
+    /// Notes that a report shows the state. A sender that has read of the rest means the `~` that it
+    /// sends then, however soon that is.
+    pub(crate) fn state_is_shown(&mut self) {
+        match (&mut self.state, &mut self.activity.door) {
+            (State::Hold(Hold::Complete { since, .. }), _) => *since = None,
+            (State::Door(Door::Parked), Some(door)) => door.since = None,
+            (_, _) => {}
         }
     }
 

@@ -64,6 +64,7 @@ where
             self.work.reports = self.work.reports.wrapping_add(1);
         }
         self.console.time_left = None;
+        self.state_is_shown();
     }
 
     /// Returns true if `$10` has this bit, and the machine knows the bit.

@@ -73,7 +73,8 @@ pub enum Hold {
     },
     /// At rest (`Hold:0`).
     Complete {
-        /// The time at which the hold began to stop motion; `None` if nothing moved.
+        /// The time at which the hold began to stop motion; `None` if nothing moved, or if a report
+        /// has told a sender that motion is at rest.
         since: Option<Instant>,
         /// `~` has come, and motion goes on at this instant: the spindle is getting up to speed.
         goes_on_at: Option<Instant>,

@@ -374,6 +374,30 @@ fn the_board_filters_its_switches_as_long_as_706_says() {
     assert_eq!(session.pins.port.filter_us, 50);
 }
 
+/// A motion that has hardly begun is soon at rest, and so is a machine whose door opens. Over USB,
+/// or in a simulation that falls behind, a sender reads of it and answers within the time that
+/// tells a burst.
+#[test]
+fn a_resume_behind_a_report_of_the_rest_goes_on_however_soon_it_comes() {
+    for (stop, rest) in [(b'!', "<Hold:0|"), (0x84, "<Door:0|")] {
+        for turns in 0..100 {
+            let mut memory = Memory::new();
+            let mut session = Session::boot(&mut memory, MachineConfig::grbl());
+            session.send("G1X10F600\n");
+            (0..turns).for_each(|_| session.turn());
+            session.send([stop]);
+            while !session.next_report().starts_with(rest) {}
+            session.send("~");
+            session.wait_ms(100);
+            let status = session.status();
+            assert!(
+                status.starts_with("<Run|"),
+                "{rest} {turns} turns: {status}"
+            );
+        }
+    }
+}
+
 /// A burst of overrides fills the queue of realtime commands before the main loop looks at it.
 #[test]
 fn a_hold_behind_a_hundred_overrides_holds_and_a_resume_behind_it_goes_on() {

@@ -94,7 +94,7 @@ where
         let left_at = self.parks().then(|| self.motion.position());
         self.activity.door = Some(DoorCycle {
             step: Step::PullOut,
-            since: now,
+            since: Some(now),
             left_at,
         });
         self.move_spindle_axis(Step::PullOut);

@@ -20,8 +20,9 @@ pub(crate) enum Step {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DoorCycle<const AXES: usize> {
     pub(crate) step: Step,
-    /// The time at which the sequence began; the machine was at rest.
-    pub(crate) since: Instant,
+    /// The time at which the sequence began, with the machine at rest; `None` once a report has
+    /// shown that it is over.
+    pub(crate) since: Option<Instant>,
     /// The position at which the machine left its path; `None` if it does not park.
     pub(crate) left_at: Option<[Coordinate; AXES]>,
 }
@@ -33,11 +34,6 @@ impl<const AXES: usize> DoorCycle<AXES> {
             Step::PullOut | Step::Park | Step::Unpark | Step::Plunge => true,
             Step::Parked | Step::SpindleRunsUp(_) | Step::CoolantFlows(_) => false,
         }
-    }
-
-    /// Returns when the sequence began; the machine was at rest.
-    pub(crate) fn since(&self) -> Instant {
-        self.since
     }
 
     /// Returns when `Machine::poll` is to look again.

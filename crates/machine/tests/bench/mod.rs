@@ -352,6 +352,18 @@ impl<'a, K: Kinematics<3, 3> + Clone, X: Extension<3>> Session<'a, K, X> {
             .unwrap_or_default()
     }
 
+    /// Sends `?` and returns the report, as soon as it comes.
+    pub fn next_report(&mut self) -> String {
+        self.send("?");
+        loop {
+            self.turn();
+            let mut lines = self.lines().into_iter();
+            if let Some(report) = lines.find(|line| line.starts_with('<')) {
+                return report;
+            }
+        }
+    }
+
     /// The lines received since this was asked last.
     pub fn lines(&mut self) -> Vec<String> {
         let sent = String::from_utf8(std::mem::take(&mut self.pins.sent)).unwrap();
