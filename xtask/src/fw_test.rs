@@ -42,8 +42,7 @@ const INVERTED: &str = concat!(
 /// The variable for builds that read the pins of a board with three motors from a record.
 const WITHOUT_PINS: (&str, &str) = (fw::RECORD, "1");
 
-/// All images. The small ones come first: the compiler gets other options for them, and cargo builds
-/// all dependencies anew whenever the options change.
+/// All images.
 const BUILDS: [Build; 22] = [
     build("record", &[WITHOUT_PINS]),
     build("record-behind", &[WITHOUT_PINS, (BOARD, "octopus")]),
@@ -97,8 +96,11 @@ const FURTHER: [&str; 4] = [
 pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     let folder = toolchain::firmware_dir().join("fw-test");
     fs::create_dir_all(&folder).map_err(Failure::file(&folder))?;
-    let needed = shell::output(fw_test().arg("--needs").args(arguments))?;
-    let mut needed: Vec<&str> = needed.lines().collect();
+    let asked = match arguments {
+        [] => BUILDS.map(|build| build.name).join("\n"),
+        some => shell::output(fw_test()?.arg("--needs").args(some))?,
+    };
+    let mut needed: Vec<&str> = asked.lines().collect();
     if !needed.is_empty() {
         let toolchain = Toolchain::find()?;
         for build in &BUILDS {
@@ -111,16 +113,12 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     if let Some(name) = needed.first() {
         return Err(Failure::finding(format!("no image '{name}' is known")));
     }
-    shell::run(fw_test().arg(&folder).args(arguments))
+    shell::run(fw_test()?.arg(&folder).args(arguments))
 }
 
 /// The program that runs the checks.
-fn fw_test() -> Command {
-    let mut command = Command::new("cargo");
-    command
-        .args(["run", "--quiet", "--profile", "fw-test"])
-        .args(["-p", "leadscrew-fw-test", "--"]);
-    command
+fn fw_test() -> Result<Command, Failure> {
+    toolchain::program("fw-test")
 }
 
 /// Builds an ELF, unless it is as its sources are, and copies it to `folder` before the next build

@@ -27,22 +27,19 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
         Some("--flash") => flash(&image(baud)?),
         Some(task @ ("--emulated" | "--planted")) => {
             let elf = image(BAUD)?;
-            let mut tests = tests();
+            let mut tests = tests()?;
             tests.arg(task).arg(elf).args(&arguments[1..]);
             shell::run(&mut tests)
         }
-        _ => shell::run(tests().args(arguments)),
+        _ => shell::run(tests()?.args(arguments)),
     }
 }
 
 /// The program that measures.
-fn tests() -> Command {
-    let mut command = Command::new("cargo");
-    command
-        .args(["run", "--quiet", "--profile", "fw-test"])
-        .args(["-p", "leadscrew-hil", "--"])
-        .env("LEADSCREW_SOURCES", sources());
-    command
+fn tests() -> Result<Command, Failure> {
+    let mut command = toolchain::program("hil")?;
+    command.env("LEADSCREW_SOURCES", sources());
+    Ok(command)
 }
 
 /// The commit of the sources for the report, and whether they were changed since then.

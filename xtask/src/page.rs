@@ -35,8 +35,7 @@ pub(crate) fn run(files: &[String]) -> Result<(), Failure> {
     let here = env::current_dir().map_err(Failure::file(&PathBuf::from(".")))?;
     let mut write = Command::new("cargo");
     write
-        .args(["run", "--quiet", "-p", "leadscrew-page"])
-        .args(["--example", "standalone", "--"])
+        .args(["run", "--quiet", "--example", "standalone", "--"])
         .arg(module)
         .args(files.iter().map(|file| here.join(file)))
         .current_dir(toolchain::root());

@@ -192,6 +192,18 @@ pub(crate) fn firmware_dir() -> PathBuf {
     target_dir().join(TARGET).join("firmware")
 }
 
+/// Builds a program of the workspace for the desk, as the tests are built: what they share is
+/// compiled once. Returns how it is run.
+///
+/// # Errors
+/// When it cannot be built.
+pub(crate) fn program(name: &str) -> Result<Command, Failure> {
+    let mut build = Command::new("cargo");
+    build.args(["build", "--quiet", "--workspace", "--bin", name]);
+    shell::run(build.current_dir(root()))?;
+    Ok(Command::new(target_dir().join("debug").join(name)))
+}
+
 fn has_prebuilt_core(rustc: &str, target: &str) -> bool {
     let query = ["--print", "target-libdir", "--target", target];
     let Ok(dir) = shell::output(Command::new(rustc).args(query)) else {

@@ -9,8 +9,8 @@ target=${CARGO_TARGET_DIR:-$PWD/target}
 work=$target/oracle
 oracle=$PWD/crates/f407emu/oracle
 
-cargo build --quiet --profile fw-test -p leadscrew-f407emu --example vectors --example run
-examples=$target/fw-test/examples
+cargo build --quiet -p leadscrew-f407emu --example vectors --example run
+examples=$target/debug/examples
 
 mkdir -p "$work"
 [ -x "$work/venv/bin/python" ] || python3 -m venv "$work/venv"
