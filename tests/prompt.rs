@@ -180,7 +180,7 @@ fn begins_after(undisturbed: &[StepEvent], steps: &[StepEvent], at: Cycle) -> f6
 #[test]
 fn under_a_jerk_limit_a_feed_hold_begins_as_soon() {
     let fast = |of: &Situation| !of.name.contains("ms a step") && of.name != "speeding up";
-    for jerk in ["$705=5000", "$705=50000"] {
+    for jerk in ["$705=5000", "$705=50000", "$708=40"] {
         for situation in situations().iter().filter(|of| fast(of)) {
             let (_, undisturbed) = run(situation, jerk, None);
             let mut worst = 0.0f64;

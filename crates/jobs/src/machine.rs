@@ -87,6 +87,7 @@ impl Machine {
         let own = [
             (Setting::GrblCorners, 1),
             (Setting::Jerk, 0),
+            (Setting::Resonance, 0),
             (Setting::LaserLead, 0),
             (Setting::StartSilence, 0),
         ];

@@ -24,6 +24,7 @@ const MACHINES: &[(&str, &[&str])] = &[
     ("a laser", &["$32=1"]),
     ("a laser that is late", &["$32=1", "$703=700"]),
     ("a jerk limit", &["$705=3000"]),
+    ("a resonance", &["$708=25"]),
     ("Grbl's corners", &["$704=1"]),
     ("fine steps", &["$100=800", "$101=640", "$102=1600", "$0=2"]),
     ("a short reserve", &["$710=0.01"]),

@@ -103,6 +103,13 @@ impl<const AXES: usize> MotionConfig<AXES> {
         self
     }
 
+    /// Sets the frequency of a vibration that motion along the path does not set off, Hz, from 10
+    /// on; 0 for none.
+    pub fn with_resonance_hz(mut self, frequency: f32) -> Self {
+        self.planned.resonance = frequency;
+        self
+    }
+
     /// Sets how fast corners are passed: how far the circle that sets a corner's speed stays away
     /// from it, mm.
     pub fn with_junction_deviation_mm(mut self, deviation: f32) -> Self {

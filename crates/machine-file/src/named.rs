@@ -111,6 +111,8 @@ tables! {
         grbl_corners: bool as "Option<bool>" = GrblCorners;
         /// How fast the acceleration may change, mm/s3; 0 for no limit: `$705`.
         jerk_mm_s3: f64 as "Option<f64>" = Jerk;
+        /// The frequency of a vibration that motion does not set off, Hz; 0 for none: `$708`.
+        resonance_hz: f64 as "Option<f64>" = Resonance;
         /// How much farther from an arc's centre one end may be than the other, mm: `$713`.
         arc_mismatch_mm: f64 as "Option<f64>" = ArcMismatch;
         /// The same as a share of the radius, %: `$714`.

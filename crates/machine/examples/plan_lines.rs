@@ -56,6 +56,7 @@ fn config(corner_rule: CornerRule) -> Config<AXES> {
         max_rate: [2000.0 / 60.0; AXES],
         acceleration: [200.0; AXES],
         jerk: 0.0,
+        resonance: 0.0,
         junction_deviation: 0.010,
         corner_rule,
         arc_tolerance: 0.002,

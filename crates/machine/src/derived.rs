@@ -35,8 +35,12 @@ pub(crate) fn planner_config<const AXES: usize>(
         acceleration: from_fn(|axis| acceleration(settings, axis).to_f32()),
         #[cfg(feature = "jerk")]
         jerk: settings.value(Setting::Jerk).to_f32(),
+        #[cfg(feature = "jerk")]
+        resonance: settings.value(Setting::Resonance).to_f32(),
         #[cfg(not(feature = "jerk"))]
         jerk: 0.0,
+        #[cfg(not(feature = "jerk"))]
+        resonance: 0.0,
         junction_deviation: settings.value(Setting::JunctionDeviation).to_f32(),
         #[cfg(not(feature = "curves"))]
         corner_rule: CornerRule::Grbl,

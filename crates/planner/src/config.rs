@@ -42,6 +42,9 @@ pub struct Config<const AXES: usize> {
     pub acceleration: [f32; AXES],
     /// Highest jerk along the path, mm/s³; 0 for no limit.
     pub jerk: f32,
+    /// The frequency of a vibration that motion along the path does not set off, Hz; 0 for none.
+    /// Below 10 Hz it is only weakened.
+    pub resonance: f32,
     /// The distance between a corner and the circle that sets its speed, mm.
     pub junction_deviation: f32,
     /// The bound of the speed at corners and on curves.
@@ -75,6 +78,7 @@ impl<const AXES: usize> Default for Config<AXES> {
             max_rate: [500.0 / 60.0; AXES],
             acceleration: [10.0; AXES],
             jerk: 0.0,
+            resonance: 0.0,
             junction_deviation: 0.01,
             corner_rule: CornerRule::default(),
             arc_tolerance: 0.002,
@@ -93,13 +97,15 @@ impl<const AXES: usize> Config<AXES> {
         self.timer_hz as f32 / self.shortest_tick.0.max(1) as f32
     }
 
-    /// The average over the plan, if the jerk is limited. Limits are multiplied by [`MARGIN`].
+    /// The average over the plan, if the jerk is limited, or if a vibration is not to be set off.
+    /// Limits are multiplied by [`MARGIN`].
     fn ease(&self) -> Option<Ease> {
         let steps = self.steps_per_mm.map(|steps| steps.to_f32());
         let rates = from_fn(|axis| min(self.max_rate[axis], self.step_rate() / steps[axis]));
         let accelerations = self.acceleration.map(|a| a * MARGIN);
         let finest = steps.iter().copied().fold(0.0, max);
-        Ease::new(self.jerk * MARGIN, &rates, &accelerations, finest)
+        let jerk = self.jerk * MARGIN;
+        Ease::new(jerk, self.resonance, &rates, &accelerations, finest)
     }
 
     /// Returns the longest time that any motion takes to stop, seconds. It is the time of the axis

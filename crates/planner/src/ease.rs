@@ -2,6 +2,9 @@
 //!
 //! The tool's place is the mean of the plan's places in the last time `T`. The acceleration of the
 //! plan changes by `2·a` at most, so the acceleration of the tool changes no faster than `2·a/T`.
+//!
+//! The mean over a whole number of a vibration's periods is 0. So motion along the path does not
+//! set off a vibration of the frequency `f` if `T` is a multiple of `1/f`.
 
 use crate::built::{Jerk, JERK};
 use crate::real::{max, min, norm2, sqrt};
@@ -42,26 +45,30 @@ pub(crate) struct Ease {
 }
 
 impl Ease {
-    /// The average that keeps `jerk` (mm/s³); `None` without a jerk limit. `rates` (mm/s) and
-    /// `accelerations` (mm/s²) are those of the axes, and `finest` is the most steps in a mm.
+    /// The average that keeps `jerk` (mm/s³) and does not set off a vibration of the frequency
+    /// `resonance` (Hz); 0 for neither; `None` if both are 0. `rates` (mm/s) and `accelerations`
+    /// (mm/s²) are those of the axes, and `finest` is the most steps in a mm.
     ///
     /// A jerk so low that the time would be more than [`PLACES`] places keeps the longest time, and
-    /// a lower acceleration.
+    /// a lower acceleration. A frequency so low keeps the longest time, too.
     pub(crate) fn new<const AXES: usize>(
         jerk: f32,
+        resonance: f32,
         rates: &[f32; AXES],
         accelerations: &[f32; AXES],
         finest: f32,
     ) -> Option<Self> {
         let built = Jerk::FOUND?;
-        if jerk <= 0.0 {
+        if jerk <= 0.0 && resonance <= 0.0 {
             return None;
         }
+        let jerk = if jerk > 0.0 { jerk } else { f32::INFINITY };
         let fastest = rates.iter().copied().fold(0.0, max);
         let strongest = accelerations.iter().copied().fold(0.0, max);
         let wanted = min(strongest, SHARE * sqrt(jerk * fastest));
         let longest = PLACES as f32 * LONGEST;
-        let seconds = max(min(2.0 * wanted / jerk, longest), SHORTEST);
+        let least = max(min(2.0 * wanted / jerk, longest), SHORTEST);
+        let seconds = min(whole_periods(least, longest, resonance), longest);
         let places = ((seconds / LONGEST) as usize + 1).clamp(2, PLACES);
         let between = seconds / places as f32;
         // The most units with which the longest way from place to place fits. A step has to be more
@@ -96,6 +103,17 @@ impl Ease {
     pub(crate) fn rise(&self) -> f32 {
         self.acceleration * self.seconds * self.seconds / 6.0
     }
+}
+
+/// The shortest time of `least` or more that is a whole number of periods of a frequency; less if
+/// that would be more than `longest`, but a period at least.
+fn whole_periods(least: f32, longest: f32, frequency: f32) -> f32 {
+    if frequency <= 0.0 {
+        return least;
+    }
+    let down = |seconds: f32| (seconds * frequency) as u32;
+    let up = down(least) + u32::from(down(least) as f32 / frequency < least);
+    up.min(down(longest)).max(1) as f32 / frequency
 }
 
 /// The greatest power of two that is not above `value`, from 2⁸ to 2³⁰.

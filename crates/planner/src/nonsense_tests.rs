@@ -91,7 +91,7 @@ fn is_feed(value: f32) -> bool {
 #[test]
 fn a_number_of_the_configuration_is_in_its_range_or_refused_by_name() {
     type Field = (&'static str, fn(&mut Config<2>, f32), fn(f32) -> bool);
-    let fields: [Field; 8] = [
+    let fields: [Field; 9] = [
         ("rate", |of, x| of.max_rate[0] = x, is_above_zero),
         ("rate", |of, x| of.max_rate[1] = x, is_above_zero),
         (
@@ -105,6 +105,7 @@ fn a_number_of_the_configuration_is_in_its_range_or_refused_by_name() {
             is_above_zero,
         ),
         ("jerk", |of, x| of.jerk = x, is_zero_or_more),
+        ("resonance", |of, x| of.resonance = x, is_zero_or_more),
         (
             "deviation",
             |of, x| of.junction_deviation = x,

@@ -28,6 +28,8 @@ pub enum ConfigError {
     Acceleration(usize),
     /// Not within 0 to 10¹⁰ mm/s³.
     Jerk,
+    /// Not within 0 to 10¹⁰ Hz.
+    Resonance,
     /// Not within 0 to 10¹⁰ mm.
     JunctionDeviation,
     /// Not within 10⁻¹² to 10¹⁰ mm.
@@ -51,6 +53,7 @@ impl fmt::Display for ConfigError {
                 return write!(f, "the acceleration of axis {axis} is not above 0 mm/s²")
             }
             Self::Jerk => "the jerk is below 0 mm/s³",
+            Self::Resonance => "the resonance is below 0 Hz",
             Self::JunctionDeviation => "the junction deviation is below 0 mm",
             Self::ArcTolerance => "the arc tolerance is not above 0 mm",
             Self::Timer => "the step timer is slower than 1 MHz",
@@ -84,6 +87,8 @@ impl<const AXES: usize> Config<AXES> {
         let (jerk, deviation) = (&self.jerk, &self.junction_deviation);
         let tolerance = &self.arc_tolerance;
         ensure(ZERO_OR_MORE.contains(jerk), ConfigError::Jerk)?;
+        let resonance = &self.resonance;
+        ensure(ZERO_OR_MORE.contains(resonance), ConfigError::Resonance)?;
         ensure(
             ZERO_OR_MORE.contains(deviation),
             ConfigError::JunctionDeviation,
@@ -223,6 +228,7 @@ mod tests {
                 refused(|config| config.max_rate[1] = value),
                 refused(|config| config.acceleration[0] = value),
                 refused(|config| config.jerk = value),
+                refused(|config| config.resonance = value),
                 refused(|config| config.junction_deviation = value),
                 refused(|config| config.arc_tolerance = value),
                 refused(|config| config.longest_segment = value),
@@ -233,6 +239,7 @@ mod tests {
                 ConfigError::MaxRate(1),
                 ConfigError::Acceleration(0),
                 ConfigError::Jerk,
+                ConfigError::Resonance,
                 ConfigError::JunctionDeviation,
                 ConfigError::ArcTolerance,
                 ConfigError::LongestSegment,

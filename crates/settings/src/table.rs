@@ -218,6 +218,9 @@ rows! {
             "How long a switch keeps a new level before it counts: longer than the spikes of a spindle's cable.";
         LaserPatience = 707, Tool, DECIMAL, 2_000, "Laser dead-man", "s",
             "A laser that is lit at rest goes dark when its sender has been silent for so long; 0 for never.";
+        #[cfg(feature = "jerk")]
+        Resonance = 708, Motion, DECIMAL, 0, "Resonance", "Hz",
+            "Motion along the path does not set off a vibration of this frequency, from 10 Hz on; 0 for none.";
         DirectionSetup = 709, Motors, Kind::Whole { max: 100 }, 1_000, "Direction set-up", "us",
             "How long before a step its direction is there at least, as the driver asks for.";
         StallReserve = 710, Streaming, DECIMAL, 1_000, "Stall reserve", "s",
