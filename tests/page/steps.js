@@ -46,17 +46,22 @@ export function keepsPast() {
   }).observe(document, {subtree: true, childList: true, characterData: true});
 }
 
-/** Waits until one of these reads so, or has done so since it was last waited for: what goes by while nobody looks counts. */
-const hasRead = (page, id, words) => page.waitForFunction(([id, words]) => {
+/**
+ * Waits until one of these reads so, or has done so since it was last waited for: what goes by while nobody looks counts, unless it
+ * lasts.
+ */
+const hasRead = (page, id, words, lasts = false) => page.waitForFunction(([id, words, lasts]) => {
   const kept = globalThis.past[id];
   const is = new RegExp(words);
   const isNow = is.test(document.getElementById(id).textContent);
-  const at = isNow ? Math.max(kept.texts.length - 1, 0) : kept.texts.findIndex((text, at) => at > kept.seen && is.test(text));
+  const past = lasts ? -1 : kept.texts.findIndex((text, at) => at > kept.seen && is.test(text));
+  const at = isNow ? Math.max(kept.texts.length - 1, 0) : past;
   if (at >= 0) kept.seen = at;
   return at >= 0;
-}, [id, words]);
+}, [id, words, lasts]);
 
-export const isState = (page, name) => hasRead(page, "state", `^${name}`);
+/** The state is this one. A machine that is idle stays so: between two motions it was not. */
+export const isState = (page, name) => hasRead(page, "state", `^${name}`, name === "Idle");
 
 /** The account of the job reads so. */
 export async function reads(page, words) {
