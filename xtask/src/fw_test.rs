@@ -96,6 +96,7 @@ const FURTHER: [&str; 4] = [
 pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     let folder = toolchain::firmware_dir().join("fw-test");
     fs::create_dir_all(&folder).map_err(Failure::file(&folder))?;
+    // All checks need all images.
     let asked = match arguments {
         [] => BUILDS.map(|build| build.name).join("\n"),
         some => shell::output(fw_test()?.arg("--needs").args(some))?,
