@@ -178,21 +178,21 @@ fn begins_after(undisturbed: &[StepEvent], steps: &[StepEvent], at: Cycle) -> f6
 }
 
 #[test]
-fn under_a_jerk_limit_a_feed_hold_begins_as_soon() {
+fn under_a_jerk_limit_and_beside_a_resonance_a_feed_hold_begins_as_soon() {
     let fast = |of: &Situation| !of.name.contains("ms a step") && of.name != "speeding up";
-    for jerk in ["$705=5000", "$705=50000", "$708=40"] {
+    for setting in ["$705=5000", "$705=50000", "$708=40"] {
         for situation in situations().iter().filter(|of| fast(of)) {
-            let (_, undisturbed) = run(situation, jerk, None);
+            let (_, undisturbed) = run(situation, setting, None);
             let mut worst = 0.0f64;
             for k in 0..TRIES {
                 let after = situation.begin + k * situation.every;
-                let (at, steps) = run(situation, jerk, Some((after, b'!')));
+                let (at, steps) = run(situation, setting, Some((after, b'!')));
                 let begins = begins_after(&undisturbed, &steps, at);
                 assert!(begins <= WITHIN as f64, "{}: {begins} us", situation.name);
                 worst = worst.max(begins);
             }
             println!(
-                "0x21, {jerk}, {}: acts within {worst:.0} us",
+                "0x21, {setting}, {}: acts within {worst:.0} us",
                 situation.name
             );
         }

@@ -60,7 +60,7 @@ const hasRead = (page, id, words, lasts = false) => page.waitForFunction(([id, w
   return at >= 0;
 }, [id, words, lasts]);
 
-/** The state is this one. A machine that is idle stays so: between two motions it was not. */
+/** The state is this one. Idle lasts until somebody acts: what the state read between two motions does not count. */
 export const isState = (page, name) => hasRead(page, "state", `^${name}`, name === "Idle");
 
 /** The account of the job reads so. */

@@ -103,8 +103,8 @@ impl<const AXES: usize> MotionConfig<AXES> {
         self
     }
 
-    /// Sets the frequency of a vibration that motion along the path does not set off, Hz, from 10
-    /// on; 0 for none.
+    /// Sets the frequency of a vibration that motion along the path does not set off, Hz; 0 for
+    /// none. Below 10 Hz it is only weakened.
     pub fn with_resonance_hz(mut self, frequency: f32) -> Self {
         self.planned.resonance = frequency;
         self

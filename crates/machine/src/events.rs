@@ -18,13 +18,13 @@ use leadscrew_planner::Kinematics;
 const REQUESTS_A_POLL: usize = 8;
 const _: () = assert!(REQUESTS_A_POLL >= CHANNELS);
 
-/// A resume within 2 ms after a hold in motion was sent in one burst with it. It is ignored, unless a
-/// report has shown meanwhile that motion is at rest.
+/// A resume within 2 ms after a hold in motion was sent in one burst with it. It is ignored, unless
+/// a report has shown meanwhile that motion is at rest.
 const BURST: Duration = Duration::from_ticks(2_000);
 
 /// A resume this soon after the begin of the door's sequence was sent in one burst with 0x84. It is
-/// ignored, unless a report has shown that the sequence is over. At rest Grbl takes one that comes 1 ms later, and none right behind 0x84, which is
-/// 87 µs at 115 200 baud.
+/// ignored, unless a report has shown that the sequence is over. At rest Grbl takes one that comes
+/// 1 ms later, and none right behind 0x84, which is 87 µs at 115 200 baud.
 const DOOR_BURST: Duration = Duration::from_ticks(500);
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
@@ -231,8 +231,8 @@ where
         }
     }
 
-    /// Notes that a report shows the state. A sender that has read of the rest means the `~` that it
-    /// sends then, however soon that is.
+    /// Notes that a report shows the state. A sender that has read that motion is at rest means its
+    /// next `~`, however soon that comes.
     pub(crate) fn state_is_shown(&mut self) {
         match (&mut self.state, &mut self.activity.door) {
             (State::Hold(Hold::Complete { since, .. }), _) => *since = None,

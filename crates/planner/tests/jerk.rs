@@ -288,10 +288,13 @@ proptest! {
     }
 }
 
-/// The swing of a mass that an axis carries on a spring of `frequency`, in a period from the
-/// axis's stop on, µm. Damping 0.05.
+/// The swing of a mass that an axis carries on a spring of `frequency` (Hz), in a period from the
+/// axis's stop on, µm.
 fn swing(edges: &Edges, frequency: f64) -> f64 {
+    /// Seconds.
     const STEP: f64 = 20e-6;
+    /// The damping, as a share of the one with which the mass would swing no more.
+    const DAMPING: f64 = 0.05;
     let end = time(edges);
     let stop = edges[0].last().unwrap().1;
     let natural = std::f64::consts::TAU * frequency;
@@ -299,7 +302,7 @@ fn swing(edges: &Edges, frequency: f64) -> f64 {
     for step in 0..((end + 1.0 / frequency) / STEP) as u32 {
         let now = f64::from(step) * STEP;
         let pull = natural * natural * (place(&edges[0], now) - at);
-        speed += (pull - 2.0 * 0.05 * natural * speed) * STEP;
+        speed += (pull - 2.0 * DAMPING * natural * speed) * STEP;
         at += speed * STEP;
         if now > end {
             most = most.max((at - stop).abs());
