@@ -14,6 +14,7 @@ mod cycle;
 mod feed;
 mod perform;
 mod probe;
+mod tool;
 
 use crate::board::{ChannelId, Instant};
 use crate::interpreter::{Command, Commands, Strokes};
