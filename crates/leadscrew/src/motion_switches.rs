@@ -35,7 +35,7 @@ impl<K: Kinematics<AXES, MOTORS>, const AXES: usize, const MOTORS: usize>
     /// for an order: the tool first, then the table.
     ///
     /// # Errors
-    /// The motion is not idle, or an axis has no travel.
+    /// The motion is not idle, an axis has no travel, or its home has more steps than can be counted.
     pub fn home(&mut self, ends: [Option<End>; AXES]) -> Result<(), MotionError> {
         self.ensure_idle()?;
         let homes = |(axis, end): (usize, Option<End>)| end.map(|_| axis);
@@ -43,6 +43,8 @@ impl<K: Kinematics<AXES, MOTORS>, const AXES: usize, const MOTORS: usize>
         if let Some(axis) = homing.find(|axis| self.travel_mm(*axis) <= self.homing.pull_off) {
             return Err(MotionError::NoTravel(axis));
         }
+        let steps = self.planner.steps_at(&self.homes(&ends));
+        steps.ok_or(MotionError::TooFar)?;
         let mut all = MotorMask::NONE;
         for (motors, end) in self.motors.iter().zip(ends) {
             all = end.map_or(all, |_| all.with(*motors));
@@ -273,22 +275,29 @@ impl<K: Kinematics<AXES, MOTORS>, const AXES: usize, const MOTORS: usize>
         }
     }
 
-    /// Each axis of `group` stands the way back off its switch.
+    /// Each axis of `group` stands at its home.
     fn declare_home(&mut self, homing: &Homing<AXES>, group: MotorMask) {
+        let mut ends = homing.ends;
+        for (axis, end) in ends.iter_mut().enumerate() {
+            *end = end.filter(|_| group.contains(axis));
+        }
+        let homes = self.homes(&ends);
+        // `home` has refused those that cannot be counted.
+        let _ = self.declare(homes);
+    }
+
+    /// Where the axes stand that have come off their switches at these ends; the others stay.
+    fn homes(&self, ends: &[Option<End>; AXES]) -> [Coordinate; AXES] {
         let back = Coordinate::from_mm(self.homing.pull_off).unwrap_or_default();
-        let mut place = self.target;
+        let mut homes = self.target;
         let travel = self.travel.iter().flatten();
-        for (axis, ((place, end), [low, high])) in
-            place.iter_mut().zip(homing.ends).zip(travel).enumerate()
-        {
-            if group.contains(axis) {
-                *place = match end {
-                    Some(End::High) => *high - back,
-                    Some(End::Low) | None => *low + back,
-                };
+        for ((home, end), [low, high]) in homes.iter_mut().zip(ends).zip(travel) {
+            match end {
+                Some(End::High) => *home = *high - back,
+                Some(End::Low) => *home = *low + back,
+                None => {}
             }
         }
-        // A travel can be counted in steps, or no move would reach its ends.
-        let _ = self.declare(place);
+        homes
     }
 }

@@ -248,6 +248,15 @@ fn crossed_belts_home_one_axis_after_the_other() {
 }
 
 #[test]
+fn a_home_that_cannot_be_counted_in_steps_is_refused_before_anything_moves() {
+    let far = config().with_travel_mm([[-3e7, 0.0], [-20.0, 20.0], [-30.0, 0.0]]);
+    let mut rig = Rig::new(far, GANGED, [0; 4], |_| [false; 5]);
+    let refused = rig.motion.home([Some(End::Low), None, None]);
+    assert_eq!(refused, Err(MotionError::TooFar));
+    assert_eq!(rig.motion.home([None, Some(End::High), None]), Ok(()));
+}
+
+#[test]
 fn what_fails_at_a_switch_has_a_name_and_is_recovered_from() {
     type Switches = fn([i32; 4]) -> [bool; 5];
     let never: Switches = |_| [false; 5];
