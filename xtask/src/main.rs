@@ -5,6 +5,7 @@ mod bench;
 mod boards;
 mod budget;
 mod call_graph;
+mod checked_boards;
 mod circles;
 mod failure;
 mod figures;
@@ -37,8 +38,10 @@ const USAGE: &str = "usage: cargo xtask COMMAND
                        check the libraries for other processors, all or those named
     api                compare what the facade shows to its users with crates/leadscrew/api.txt
     circles            look for files of a crate that import each other in a circle
-    boards [--parts]   build the boards in examples/boards, run them in emulators, and watch their
-                       pins; with --parts, only print the flash of each part of the machine
+    boards [--parts | --checked]
+                       build the boards in examples/boards, run them in emulators, and watch their
+                       pins; with --parts, only print the flash of each part of the machine; with
+                       --checked, only check the boards that no emulator has
     bench COMMAND...   count x86-64 instructions per line; COMMAND says {lines} for their number
     page PAGE.html [MACHINE.toml]
                        write the page of a machine as one file that needs no server: the simulator
@@ -60,6 +63,7 @@ fn main() -> ExitCode {
         ["hil", _, ..] => hil::run(&arguments[1..]),
         ["boards"] => boards::run(),
         ["boards", "--parts"] => boards::parts(),
+        ["boards", "--checked"] => checked_boards::run(),
         ["api"] => api::run(),
         ["circles"] => circles::run(),
         ["bench", ..] => bench::run(&arguments[1..]),

@@ -34,21 +34,6 @@ const LIBRARY: &str = "leadscrew";
 /// files nor threads nor a clock.
 const SIMULATOR: &str = "leadscrew-wasm";
 
-/// The parts that a small chip may leave out: each is left out of a build, and in another without the
-/// rest.
-const PARTS: [&[&str]; 3] = [
-    &["--no-default-features"],
-    &["--no-default-features", "--features", "arcs,curves,cycles"],
-    &[
-        "--no-default-features",
-        "--features",
-        "jerk,listings,probing,rasters",
-    ],
-];
-
-/// The target for which the library is checked without them.
-const SMALL: &str = "thumbv8m.main-none-eabihf";
-
 /// Checks the targets that are named, or every one and the simulator.
 ///
 /// # Errors
@@ -66,11 +51,6 @@ pub(crate) fn run(names: &[String]) -> Result<(), Failure> {
             continue;
         }
         check(LIBRARY, target, features, Toolchain::cargo)?;
-        if target == SMALL {
-            for parts in PARTS {
-                check(LIBRARY, target, parts, Toolchain::cargo)?;
-            }
-        }
     }
     if !names.is_empty() {
         return Ok(());

@@ -1,0 +1,52 @@
+//! The example boards that no emulator here has: `cargo xtask boards` checks that they compile.
+use crate::{failure::Failure, shell, toolchain::Toolchain};
+
+/// For each board its folder in `examples/boards`, and its target: the libraries are compiled for
+/// targets that no other part has, a Cortex-M33 and a RISC-V without compare-and-swap.
+const CHECKED: [(&str, &str); 1] = [("rp2350", "thumbv8m.main-none-eabihf")];
+
+/// The board that is checked without parts, too.
+const SMALL: &str = "rp2350";
+
+/// The parts that a small chip may leave out: each is left out of a build, and in another without the
+/// rest.
+const PARTS: [&[&str]; 3] = [
+    &["--no-default-features"],
+    &[
+        "--no-default-features",
+        "--features",
+        "leadscrew/arcs,leadscrew/curves,leadscrew/cycles",
+    ],
+    &[
+        "--no-default-features",
+        "--features",
+        "leadscrew/jerk,leadscrew/listings,leadscrew/probing,leadscrew/rasters",
+    ],
+];
+
+/// Checks every board.
+pub(crate) fn run() -> Result<(), Failure> {
+    for (board, target) in CHECKED {
+        check(board, target, &[])?;
+        if board == SMALL {
+            for parts in PARTS {
+                check(board, target, parts)?;
+            }
+        }
+        println!("{board}: compiles");
+    }
+    Ok(())
+}
+
+/// Checks a board, with further `arguments`. Nothing runs: only `core` is compiled, and without
+/// optimisation. What runs on the desk is shared with the boards that are built.
+fn check(board: &str, target: &str, arguments: &[&str]) -> Result<(), Failure> {
+    let toolchain = Toolchain::find_for(target)?;
+    let mut check = toolchain.cargo("check", target, &crate::boards::target_dir())?;
+    check
+        .args(["--release", "--locked"])
+        .args(arguments)
+        .env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "0")
+        .current_dir(crate::boards::folder(board));
+    shell::run(&mut check)
+}
