@@ -1,9 +1,16 @@
 //! The example boards that no emulator here has: `cargo xtask boards` checks that they compile.
-use crate::{failure::Failure, shell, toolchain::Toolchain};
+use crate::{
+    failure::Failure,
+    shell,
+    toolchain::{Toolchain, TARGET},
+};
 
 /// For each board its folder in `examples/boards`, and its target: the libraries are compiled for
 /// targets that no other part has, a Cortex-M33 and a RISC-V without compare-and-swap.
-const CHECKED: [(&str, &str); 1] = [("rp2350", "thumbv8m.main-none-eabihf")];
+const CHECKED: [(&str, &str); 2] = [
+    ("rp2350", "thumbv8m.main-none-eabihf"),
+    ("blackpill", TARGET),
+];
 
 /// The board that is checked without parts, too.
 const SMALL: &str = "rp2350";
