@@ -7,9 +7,10 @@ use crate::{
 
 /// For each board its folder in `examples/boards`, and its target: the libraries are compiled for
 /// targets that no other part has, a Cortex-M33 and a RISC-V without compare-and-swap.
-const CHECKED: [(&str, &str); 2] = [
+const CHECKED: [(&str, &str); 3] = [
     ("rp2350", "thumbv8m.main-none-eabihf"),
     ("blackpill", TARGET),
+    ("esp32c3", "riscv32imc-unknown-none-elf"),
 ];
 
 /// The board that is checked without parts, too.
