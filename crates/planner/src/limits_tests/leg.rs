@@ -109,6 +109,17 @@ impl Leg {
         steps.max() == Some(profile.end())
     }
 
+    /// The squared speeds of a profile at the ends of the move, steps²/s², or 0 at an end that it
+    /// does not reach. The path turns at its ends: between them, the first chord of an arc may be
+    /// faster, and an override may begin a profile there.
+    fn speeds_at_ends(&self, profile: &Trapezoid) -> [f32; 2] {
+        let at_start = profile.start() == Place::at(0);
+        let entry_v2 = if at_start { profile.entry_v2() } else { 0.0 };
+        let ends = self.ends_with(profile);
+        let exit_v2 = if ends { profile.exit_v2() } else { 0.0 };
+        [entry_v2, exit_v2]
+    }
+
     pub(super) fn v2(&self, steps_v2: f32) -> f64 {
         f64::from(steps_v2) * float(&self.step2())
     }
@@ -135,14 +146,15 @@ impl Leg {
             worst.acceleration = worst.acceleration.max(float(&acceleration));
         }
         if limits.corner_rule == CornerRule::Limits {
+            let [entry_v2, exit_v2] = self.speeds_at_ends(profile);
             worst.arc = self.curve.map_or(0.0, |curve| {
-                let v2 = profile.entry_v2().max(profile.exit_v2());
+                let v2 = entry_v2.max(exit_v2);
                 self.on_circle(v2, 1.0 / f64::from(curve.radius), limits)
             });
             worst.curve = self.circle.map_or(0.0, |circle| {
                 let [start, end] = circle.ends(self.length);
-                let start = self.on_circle(profile.entry_v2(), start, limits);
-                start.max(self.on_circle(profile.exit_v2(), end, limits))
+                let start = self.on_circle(entry_v2, start, limits);
+                start.max(self.on_circle(exit_v2, end, limits))
             });
             if worst.arc > 1.0 || worst.curve > 1.1 {
                 return Err(format!("arc: {} curve: {}", worst.arc, worst.curve));

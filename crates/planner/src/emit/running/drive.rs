@@ -174,18 +174,17 @@ impl Drive {
     ///
     /// A move may become the first one of a curve while it runs. Then the curve's acceleration
     /// across the path may leave too little for braking to the speed at its end. The profile in
-    /// force stays if it ends no faster.
+    /// force stays if it ends no faster than what such braking reaches.
     pub(crate) fn planned(&self, profile: &Trapezoid, aim: Aim) -> Trapezoid {
-        let ends_here = profile.end() == self.events - aim.steps_after;
-        let is_kept = ends_here && self.mm2(profile.exit_v2()) <= aim.exit_v2 && !self.at_start();
         let entry_v2 = profile.speed_v2_at(self.here);
-        if is_kept && self.missed(entry_v2, aim).is_some() {
-            return *profile;
-        }
         let path = match aim.goal {
             Goal::End => self.to_end(entry_v2, aim),
             Goal::Stop => self.stop(entry_v2, aim),
         };
+        let ends_no_faster = profile.end() == path.end && profile.exit_v2() <= path.exit_v2;
+        if ends_no_faster && !self.at_start() && self.missed(entry_v2, aim).is_some() {
+            return *profile;
+        }
         let plan = Plan {
             start: self.here,
             end: path.end,
