@@ -30,15 +30,20 @@ export function listenForPorts(machines, isFree) {
     }
     machines.connect(port, Number(baud.value)).catch(() => {});
   };
+  /** @param {Port[]} known */
+  const show = (known) => {
+    by("ports-known").replaceChildren(...known.map((port) => make("button", {type: "button", class: "go", text: `Connect ${nameOf(port)}`, onclick: () => connect(port)})));
+    for (const button of dialog.querySelectorAll("button:not([value])")) /** @type {HTMLButtonElement} */ (button).disabled = !isFree();
+  };
   by("connect").addEventListener("click", async () => {
     const all = ports();
-    const known = all ? await all.getPorts() : [];
-    by("ports-known").replaceChildren(...known.map((port) => make("button", {type: "button", class: "go", text: `Connect ${nameOf(port)}`, onclick: () => connect(port)})));
     by("ports-choose").hidden = by("baud-row").hidden = all === null;
     by("ports-leave").hidden = !machines.hasBoard;
     say(by("ports-text"), !all ? "This browser has no Web Serial. Chrome, Edge and Opera on a desktop computer have it." : isFree() ? "" : "A job is under way: reset it first.");
-    for (const button of dialog.querySelectorAll("button:not([value])")) /** @type {HTMLButtonElement} */ (button).disabled = !isFree();
+    show([]);
+    // At once: while there is no dialogue, Escape stops the machine.
     lead(dialog, by("connect"));
+    if (all) show(await all.getPorts());
   });
   by("ports-choose").addEventListener("click", () => {
     // Who chooses nothing connects nothing.
