@@ -85,6 +85,8 @@ pub use port::Port;
 pub use resources::{new, with_extension, Parts, Resources, SmallResources};
 #[cfg(feature = "async")]
 pub use run::Clock;
+#[cfg(feature = "embassy")]
+pub use run::EmbassyClock;
 #[cfg(feature = "async")]
 pub use serial::LineError;
 pub use serial::{Listener, Serial, Speaker};

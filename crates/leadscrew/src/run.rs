@@ -19,14 +19,34 @@ use leadscrew_machine::machine::Next;
 use leadscrew_machine::settings::flash::SettingsStore;
 use leadscrew_planner::Kinematics;
 
-/// The time, and a way to await it. Under embassy these are `embassy_time::Instant::now` and
-/// `Timer::at`.
+/// The time, and a way to await it. Under embassy it is `EmbassyClock`, by the feature `embassy`.
 pub trait Clock {
     /// Microseconds since power-up; never goes back.
     fn now(&self) -> Instant;
 
     /// Waits until `instant` at the least.
     fn until(&self, instant: Instant) -> impl Future<Output = ()>;
+}
+
+/// The clock of embassy's time driver, with the feature `embassy`.
+///
+/// A tick of the driver is to be a microsecond (`embassy-time`'s feature `tick-hz-1_000_000`, its
+/// default) or shorter: with longer ones a poll comes up to a tick late.
+#[cfg(feature = "embassy")]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct EmbassyClock;
+
+#[cfg(feature = "embassy")]
+impl Clock for EmbassyClock {
+    fn now(&self) -> Instant {
+        Instant::from_ticks(embassy_time::Instant::now().as_micros())
+    }
+
+    async fn until(&self, instant: Instant) {
+        // What the driver cannot count to never comes.
+        let at = embassy_time::Instant::try_from_micros(instant.ticks());
+        embassy_time::Timer::at(at.unwrap_or(embassy_time::Instant::MAX)).await;
+    }
 }
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>

@@ -305,3 +305,12 @@ fn a_resting_machine_asks_for_no_poll_and_each_handler_wakes_it() {
     assert!(steps.tick(), "the first tick takes a segment");
     assert!(machine.is_woken(), "a taken segment");
 }
+
+#[cfg(feature = "embassy")]
+#[test]
+fn embassys_clock_waits_until_its_instant() {
+    let clock = leadscrew::EmbassyClock;
+    let due = Instant::from_ticks(clock.now().ticks() + 2000);
+    block_on(clock.until(due));
+    assert!(clock.now() >= due);
+}

@@ -9,7 +9,7 @@ use embassy_stm32::rcc::{
 use embassy_stm32::time::{hz, mhz};
 use embassy_stm32::timer::{low_level::Timer, Channel};
 use embassy_stm32::{Config, Peri};
-use leadscrew::{Alarm, Clock, Instant};
+use leadscrew::Alarm;
 
 /// The counts of the step timer in a second.
 pub(crate) const HZ: u32 = 1_000_000;
@@ -85,17 +85,5 @@ impl Alarm for StepTimer {
     fn silence(&mut self) {
         self.0.enable_input_interrupt(Channel::Ch1, false);
         self.0.clear_input_interrupt(Channel::Ch1);
-    }
-}
-
-/// The time, as embassy has it.
-pub(crate) struct Embassy;
-
-impl Clock for Embassy {
-    fn now(&self) -> Instant {
-        Instant::from_ticks(embassy_time::Instant::now().as_micros())
-    }
-    async fn until(&self, instant: Instant) {
-        embassy_time::Timer::at(embassy_time::Instant::from_micros(instant.ticks())).await;
     }
 }

@@ -10,7 +10,7 @@
 
 mod chip;
 
-use chip::{Embassy, StepTimer};
+use chip::StepTimer;
 use core::cell::RefCell;
 use critical_section::Mutex;
 use embassy_executor::Spawner;
@@ -25,7 +25,7 @@ use embassy_stm32::{
     usart::{self, BufferedUart},
     Peri,
 };
-use leadscrew::{Cartesian, Config, Flash, Outputs, PinStepping, Resources, StepDir};
+use leadscrew::{Cartesian, Config, EmbassyClock, Flash, Outputs, PinStepping, Resources, StepDir};
 use panic_halt as _;
 use static_cell::ConstStaticCell;
 
@@ -90,7 +90,7 @@ async fn main(_spawner: Spawner) {
     let mut outputs = Outputs::new(chip::pend_step, enable).with_spindle(spindle);
     let flash = ChipFlash::new_blocking(pins.FLASH);
     let mut store = Flash::new(flash, chip::SETTINGS).expect("the range is two sectors");
-    let running = machine.run(&mut outputs, &mut store, &Embassy);
+    let running = machine.run(&mut outputs, &mut store, &EmbassyClock);
     let talking = async {
         loop {
             // It ends with the line's first error; the lost byte is counted. Then it goes on.
