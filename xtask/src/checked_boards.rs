@@ -1,4 +1,5 @@
-//! The example boards that no emulator here has: `cargo xtask boards` checks that they compile.
+//! The example boards that no emulator here has: `cargo xtask boards --checked` checks that they
+//! compile.
 use crate::{
     failure::Failure,
     shell,
@@ -32,9 +33,20 @@ const PARTS: [&[&str]; 3] = [
     ],
 ];
 
-/// Checks every board.
-pub(crate) fn run() -> Result<(), Failure> {
-    for (board, target) in CHECKED {
+/// Checks the boards that are named, or every one.
+///
+/// # Errors
+/// A name is none of [`CHECKED`], or a board does not compile.
+pub(crate) fn run(names: &[&str]) -> Result<(), Failure> {
+    let is_known = |name: &&&str| CHECKED.iter().any(|(board, _)| board == *name);
+    if let Some(name) = names.iter().find(|name| !is_known(name)) {
+        let known = CHECKED.map(|(board, _)| board).join(", ");
+        return Err(Failure::finding(format!(
+            "no board `{name}`; there are: {known}"
+        )));
+    }
+    let is_meant = |board| names.is_empty() || names.contains(&board);
+    for (board, target) in CHECKED.into_iter().filter(|(board, _)| is_meant(*board)) {
         check(board, target, &[])?;
         if board == SMALL {
             for parts in PARTS {

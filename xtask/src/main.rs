@@ -38,7 +38,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
                        check the libraries for other processors, all or those named
     api                compare what the facade shows to its users with crates/leadscrew/api.txt
     circles            look for files of a crate that import each other in a circle
-    boards [--parts | --checked]
+    boards [--parts | --checked [BOARD...]]
                        build the boards in examples/boards, run them in emulators, and watch their
                        pins; with --parts, only print the flash of each part of the machine; with
                        --checked, only check the boards that no emulator has
@@ -63,7 +63,7 @@ fn main() -> ExitCode {
         ["hil", _, ..] => hil::run(&arguments[1..]),
         ["boards"] => boards::run(),
         ["boards", "--parts"] => boards::parts(),
-        ["boards", "--checked"] => checked_boards::run(),
+        ["boards", "--checked", names @ ..] => checked_boards::run(names),
         ["api"] => api::run(),
         ["circles"] => circles::run(),
         ["bench", ..] => bench::run(&arguments[1..]),

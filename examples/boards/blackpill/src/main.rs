@@ -1,6 +1,6 @@
 //! leadscrew on a Black Pill (STM32F411), under embassy.
 //!
-//! Written from `docs/embedding.md` and `docs/async.md`; compiled (`cargo xtask boards`), never run.
+//! Written from `docs/embedding.md` and `docs/async.md`; compiled, never run.
 //! Pins: serial line on PA9 and PA10, steps of X, Y, Z on PB12 to PB14, directions on PB8 to PB10,
 //! enable (low) on PB15, the spindle's PWM on PB0. Timer 2 times steps, timer 4 is embassy's clock.
 //! Settings are in the last two sectors of the flash.

@@ -1,6 +1,6 @@
 //! leadscrew on an ESP32-C3, on its HAL.
 //!
-//! Written from `docs/embedding.md`; compiled (`cargo xtask boards`), never run. Pins: serial line on
+//! Written from `docs/embedding.md`; compiled, never run. Pins: serial line on
 //! GPIO 20 and 21, steps of X, Y, Z on GPIO 0, 1 and 3, directions on GPIO 4 to 6, enable (low) on
 //! GPIO 7, the spindle's PWM on GPIO 10. Time and steps share one count, the system timer's.
 #![no_std]

@@ -1,6 +1,6 @@
 //! leadscrew on a Raspberry Pi Pico 2, under RTIC.
 //!
-//! Written from `docs/embedding.md`; compiled (`cargo xtask boards`), never run. Pins: serial line on
+//! Written from `docs/embedding.md`; compiled, never run. Pins: serial line on
 //! GPIO 0 and 1, steps of X, Y, Z on GPIO 2 to 4, directions on GPIO 5 to 7, enable (low) on GPIO 8,
 //! the spindle's PWM on GPIO 9. Time and steps share one count of microseconds, the chip's timer 0.
 #![no_std]
