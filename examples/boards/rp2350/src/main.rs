@@ -18,7 +18,7 @@ use rp235x_hal::{
     clocks::init_clocks_and_plls,
     fugit::RateExtU32,
     gpio::{bank0, DynPinId, FunctionSioOutput, FunctionUart, Pin, Pins, PullDown, PullNone},
-    gpio::{Function, PinId, PullType, ValidFunction},
+    gpio::{Function, PinId, PinState, PullType, ValidFunction},
     pac,
     pwm::{Channel, FreeRunning, Pwm4, Slice, Slices, B},
     uart::{DataBits, Reader, StopBits, UartConfig, UartPeripheral, Writer},
@@ -107,7 +107,8 @@ mod app {
         slice.enable();
         let mut spindle = slice.channel_b;
         spindle.output_to(pins.gpio9);
-        let outputs = Outputs::new(timer::pend as fn(), out(pins.gpio8)).with_spindle(spindle);
+        let enable = pins.gpio8.into_push_pull_output_in_state(PinState::High); // the drivers are off
+        let outputs = Outputs::new(timer::pend as fn(), out(enable)).with_spindle(spindle);
         let (listener, speaker) = serial.split();
         let local = Local {
             machine,
