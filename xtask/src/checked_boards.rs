@@ -6,8 +6,8 @@ use crate::{
     toolchain::{Toolchain, TARGET},
 };
 
-/// For each board its folder in `examples/boards`, and its target: the libraries are compiled for
-/// targets that no other part has, a Cortex-M33 and a RISC-V without compare-and-swap.
+/// For each board its folder in `examples/boards`, and its target. No other part of the gate compiles
+/// the libraries for the first and the last: a Cortex-M33, a RISC-V without compare-and-swap.
 const CHECKED: [(&str, &str); 3] = [
     ("rp2350", "thumbv8m.main-none-eabihf"),
     ("blackpill", TARGET),

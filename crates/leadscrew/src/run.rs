@@ -31,7 +31,8 @@ pub trait Clock {
 /// The clock of embassy's time driver, with the feature `embassy`.
 ///
 /// A tick of the driver is to be a microsecond (`embassy-time`'s feature `tick-hz-1_000_000`, its
-/// default) or shorter: with longer ones a poll comes up to a tick late.
+/// default) or shorter. A longer one is rounded down: the task wakes up to a tick early, and polls
+/// until the instant has come.
 #[cfg(feature = "embassy")]
 #[derive(Clone, Copy, Debug, Default)]
 pub struct EmbassyClock;
